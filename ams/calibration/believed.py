@@ -69,6 +69,10 @@ class Believed:
         """Return the output with the course that it has."""
         return self.less(-self.course) if self.course.any() else self
 
+    def beside(self, columns: FloatArray, sizes: FloatArray) -> "Believed":
+        """Return the output less (N, c) columns of (c,) estimated sizes, beside which the points are judged."""
+        return replace(self, taken=np.hstack([self.taken, columns])).less(columns @ sizes)
+
     def less(self, taken: FloatArray) -> "Believed":
         """Return the output less (N,) something."""
         return self.of(np.ones(self.rows.rows, dtype=bool), taken)

@@ -19,12 +19,10 @@ from ams.analysis.diagnostics.beliefs import (
     AxisTests,
     BeliefTest,
 )
-from ams.analysis.diagnostics.clipped import at_extremes, clipped_finding, first_rows, is_rail
 from ams.analysis.diagnostics.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.differing_replications import LARGEST, ShiftLimits, differing_replications
 from ams.analysis.diagnostics.drift_course import changes_between
-from ams.analysis.diagnostics.dwell_words import dwell_words
 from ams.analysis.diagnostics.earth_on_gyros import EarthOnRates, earth_finding
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
@@ -39,8 +37,8 @@ from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import findings_of
 from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_finding
 from ams.arrays import FloatArray
-from ams.calibration import step_words
-from ams.calibration.backlash_found import Play, backlash_findings, taken_by, test_of
+from ams.calibration import backlash_found, roll_turn_found, step_words
+from ams.calibration.backlash_found import Play, backlash_findings
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.explained import (
@@ -52,6 +50,8 @@ from ams.calibration.explained import (
     without_wrong_dwells,
 )
 from ams.calibration.moved_quantities import moves_between
+from ams.calibration.rails import without_clipped
+from ams.calibration.roll_turn_found import RollTurn, roll_turn_findings
 from ams.calibration.step_columns import beside_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.calibration_result import FTest
@@ -111,6 +111,9 @@ class Circumstances:
     plays: Sequence[Sequence[Play]] = ()
     """Of each output, the play of the table that its package shows; empty: none."""
 
+    roll_turn: RollTurn | None = None
+    """What the package turns by with roll, as all its outputs show it; None: it does not."""
+
     signs: Sequence[Sequence[Finding]] = ()
     """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
     replication; empty: not asked."""
@@ -155,8 +158,9 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
 def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis:
     """Return the diagnosis of one output; ``index`` is its own among those of the group."""
     limit, steps = circumstances.limit_of(index), circumstances.steps_of(index)
-    clipped, seen = _without_clipped(seen)
+    clipped, seen = without_clipped(seen)
     plays = circumstances.plays_of(index)
+    turn = None if clipped else circumstances.roll_turn
     if clipped:
         steps, plays = NO_STEPS, ()
     if steps.during:
@@ -166,10 +170,14 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         part, model = before.part_of(columns, beside), before.solved.problem.models[before.index]
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     if plays:
-        seen = seen.less(taken_by(plays, seen.evidence, seen.index))
-    together, of_plays = circumstances.together_of(index), [test_of(play, circumstances.table) for play in plays]
+        seen = seen.less(backlash_found.taken_by(plays, seen.evidence, seen.index))
+    if turn is not None:
+        seen = seen.beside(roll_turn_found.columns_of(seen.evidence, seen.index), turn.turn_rad)
+    together = circumstances.together_of(index)
+    of_plays = [backlash_found.test_of(play, circumstances.table) for play in plays]
+    of_turn = [] if turn is None else [roll_turn_found.test_of(turn)]
     limit = limit if all(test.is_held for test in of_plays) else None  # it is told to be broken, and by what
-    made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays)}
+    made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays, *of_turn)}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left, earth = without_earth(without_memory(without_transient(left), together))
@@ -177,8 +185,8 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     tests = without_lesser_memories(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth)
     changes = map(step_words.as_stated, steps.findings)
-    backlash = backlash_findings(plays, tests, circumstances.table)
-    return replace(diagnosis, findings=(*clipped, *backlash, *changes, *steps.with_undecided(diagnosis.findings)))
+    turned = (*backlash_findings(plays, tests, circumstances.table), *roll_turn_findings(turn, tests))
+    return replace(diagnosis, findings=(*clipped, *turned, *changes, *steps.with_undecided(diagnosis.findings)))
 
 
 def _within_declared(
@@ -203,27 +211,6 @@ def _within_declared(
         return step_words.as_held(said, within) if is_small else said
 
     return tuple(sized(said) for said in findings)
-
-
-def _without_clipped(seen: Believed) -> tuple[tuple[Finding, ...], Believed]:
-    """Return what is said of rails, and the output without the dwells that stand at one."""
-    output, layout, model = seen.outputs[:, seen.index], seen.evidence.layout, seen.solved.problem.models[seen.index]
-    equal = at_extremes(output)
-    if not equal:
-        return (), seen
-    kept = ~np.logical_or.reduce(equal)
-    if np.unique(layout.point[kept]).size < 2 * len(model.primary_names):
-        return (), seen
-    without = seen.of(kept, 0.0)
-    predicted = without.solved.problem.models[0].predict(without.solved.primary[0], seen.rows)
-    sd = float(without.solved.standard_error_v[0])
-    rails = [rows for rows in equal if is_rail(rows, output, layout.point, predicted, sd)]
-    if not rails:
-        return (), seen
-    if len(rails) < len(equal):
-        without = seen.of(~np.logical_or.reduce(rails), 0.0)
-    dwells = [dwell_words(seen.rows, row) for row in first_rows(rails)]
-    return (clipped_finding(rails, output, model.measured_unit, dwells, seen.rows.step),), without
 
 
 def _of_direction(solved: SolvedColumns, index: int, circumstances: Circumstances) -> Iterator[Finding]:

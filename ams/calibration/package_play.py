@@ -13,6 +13,8 @@ from ams.calibration.backlash_found import Play
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Circumstances
+from ams.calibration.roll_turn import judge_roll_turn
+from ams.calibration.roll_turn_found import RollTurn
 from ams.calibration.step_columns import beside_of, step_columns
 
 Group = tuple[SolvedColumns, Circumstances, Evidence | None]
@@ -34,19 +36,25 @@ def outputs_of(group: Group) -> list[OutputOfGroup]:
     return [(*group, index) for index in range(len(group[0].problem.models))]
 
 
-def plays_of_package(package: Sequence[OutputOfGroup]) -> Sequence[Play]:
-    """Return the play of the table that the outputs of a package show together, at the share of a test of each."""
+def turns_of_package(package: Sequence[OutputOfGroup]) -> tuple[Sequence[Play], RollTurn | None]:
+    """Return the play of the table and the turn with roll that the outputs of a package show together.
+
+    Each at the share of a test of every output, and neither beside the other.
+    """
     _, under, evidence, _ = package[0]
     if evidence is None:
-        return ()
+        return (), None
     level = len(package) * LEVEL / under.family / MOST_TESTS
-    return judge_play([_without_steps(*output) for output in package], level, under.single_approach)
+    outputs = [_without_steps(*output) for output in package]
+    return judge_play(outputs, level, under.single_approach), judge_roll_turn(outputs, level)
 
 
-def with_plays(group: Group, plays: Sequence[Sequence[Play]]) -> Group:
-    """Return a group of whose outputs the plays of the table are known."""
+def with_turns(group: Group, plays: Sequence[Play], turn: RollTurn | None) -> Group:
+    """Return a group of which the turns of its package are known."""
     solved, under, evidence = group
-    return (solved, replace(under, plays=plays), evidence) if any(plays) else group
+    if not plays and not under.plays and turn is None:
+        return group
+    return solved, replace(under, plays=[plays] * len(solved.problem.models), roll_turn=turn), evidence
 
 
 def _without_steps(

@@ -57,7 +57,7 @@ def _indices(
     return {name: indices for name, indices in found.items() if indices is not None}
 
 
-def _of_higher_order(force: FloatArray) -> FloatArray:
+def of_higher_order(force: FloatArray) -> FloatArray:
     """Return the (K, 25) products of three and of four components of the (K, 3) specific force."""
     return np.stack(
         [np.prod(chosen, axis=0) for order in (3, 4) for chosen in combinations_with_replacement(force.T, order)],
@@ -97,7 +97,7 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> 
         yield SeenPoints(
             linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
             terms=_terms(base, force, basis),
-            higher=_of_higher_order(force),
+            higher=of_higher_order(force),
             mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
             weight=np.sqrt(readings / variance),
             slopes=slopes,

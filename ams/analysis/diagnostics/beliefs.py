@@ -48,6 +48,7 @@ AXIS_OVER_TEMPERATURE: Final = "sensitive axis over temperature"
 TABLE_LIMIT: Final = "table's declared limit"
 BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}" for axis in ("pitch", "roll", "yaw")}
 """Axis of the table to the test of its play."""
+ROLL_TURN: Final = "turn of the package with roll"
 SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"
 STEP: Final = "step of the output in mid-run"
