@@ -177,10 +177,17 @@ def _within(
     """Return the common errors that the estimate weighs by, and whether it is a straight line's.
 
     A straight line is drawn as it is: weights by what its levels are wrong by would move it. Those errors are added to
-    its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit.
+    its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit. So are
+    errors that nobody declared and the data showed: a test moves no estimate.
     """
     is_line = problem.block.reference_level is not None
-    return ([] if is_line and not any(error.effect == "field" for error in shared) else common), is_line
+    if is_line and not any(error.effect == "field" for error in shared):
+        return [], is_line
+    shown = {error.name for error in shared if not error.is_weighed}
+    if not shown:
+        return common, is_line
+    weighed = [{name: block for name, block in blocks.items() if name not in shown} for blocks in common]
+    return (weighed if any(weighed) else []), is_line
 
 
 def _solved_columns(
@@ -192,7 +199,12 @@ def _solved_columns(
 ) -> SolvedColumns:
     """Return the whole story of estimates; common errors that are not within them are added to their covariances."""
     if within is not common:
-        mixed = mixed.with_errors(problem.form, common)
+        known = within or [{}] * len(common)
+        beside = [
+            {name: block for name, block in blocks.items() if name not in weighed}
+            for blocks, weighed in zip(common, known, strict=True)
+        ]
+        mixed = mixed.with_errors(problem.form, beside)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)
     dof = layout.rows - problem.free.size

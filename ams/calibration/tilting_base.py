@@ -46,7 +46,9 @@ _STRUCK: Final = 6.0
 """Standard deviations: a dwell that stands farther off is drawn in."""
 _DRAWN_IN: Final = 5.0
 _FEWEST: Final = 2
-"""Outputs, and replications."""
+"""Outputs, and angles that they see."""
+_REPLICATIONS: Final = 3
+"""Two have one difference: what it is by chance would stand as the limit of a tilt in every uncertainty."""
 _SLOW: Final = 2
 """Degree in the number of the replication of a slow course: an even tilt, and one that comes back."""
 _MEASURED: Final = 0.9
@@ -73,7 +75,7 @@ class BaseTilt:
         """What is in the uncertainties: the limit of a tilt that is common to all rows, about each axis."""
         kinds: tuple[tuple[str, Effect], ...] = (("pitch", "pitch"), ("roll", "base-tilt"))
         return tuple(
-            SharedError(f"{BASE_TILT}, about {about}", effect, size / 3.0**0.5, "limit")
+            SharedError(f"{BASE_TILT}, about {about}", effect, size / 3.0**0.5, "limit", is_weighed=False)
             for (about, effect), size in zip(kinds, self.range_rad, strict=True)
         )
 
@@ -111,7 +113,7 @@ class _Shown:
 
 def judge_base(outputs: Sequence[tuple[Evidence, int]]) -> BaseTilt | None:
     """Return how the base tilted between the replications of a package; None where nothing shows that it did."""
-    if len(outputs) < _FEWEST or outputs[0][0].layout.replications < _FEWEST:
+    if len(outputs) < _FEWEST or outputs[0][0].layout.replications < _REPLICATIONS:
         return None
     shown = [found for evidence, index in outputs if (found := _shown(evidence, index)) is not None]
     if len(shown) < _FEWEST:
@@ -208,7 +210,7 @@ def _shown(evidence: Evidence, index: int) -> _Shown | None:
     changes, taken = _changes(stood.pitch_rad, roll, stood.yaw_rad)
     pattern = changes @ along_force(base, evidence.primary[index])
     by_replication = _by_replication(evidence, left, taken)
-    if by_replication.shape[0] < _FEWEST:
+    if by_replication.shape[0] < _REPLICATIONS:
         return None
     return _Shown(by_replication @ pattern.T / sd**2, pattern @ pattern.T / sd**2)
 

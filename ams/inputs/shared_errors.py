@@ -70,6 +70,8 @@ class SharedError:
     """Of the observations' ``level_errors``, for the effect ``level``; of the level axes for ``rotation``."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
+    is_weighed: bool = True
+    """Whether the estimate weighs the rows by it; what the same data showed is added to the covariance alone."""
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.standard_uncertainty) and self.standard_uncertainty >= 0.0):
