@@ -15,6 +15,11 @@ ARCSEC_PER_RAD = ARCSEC_PER_DEG * 180.0 / math.pi
 RAD_PER_ARCSEC = math.radians(1.0 / ARCSEC_PER_DEG)
 
 
+def in_arcsec(angle_rad: float) -> float:
+    """Return an angle in arc seconds."""
+    return math.degrees(angle_rad) * ARCSEC_PER_DEG
+
+
 _STORED = {"v": "V", "g": "g", "dps": "deg/s", "ut": "uT", "counts": "counts", "mps2": "m/s^2"}
 """Units of readings and of what is sensed, as a file writes them; of two, one is per the other."""
 

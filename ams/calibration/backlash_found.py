@@ -19,7 +19,7 @@ from ams.findings import Finding
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.rounding import two_digits
 from ams.statistics.intervals import t_quantile
-from ams.units import ARCSEC_PER_DEG
+from ams.units import in_arcsec
 
 _SEES: Final = 10.0
 """Times the uncertainty of all: an output that tells a play less well than that hardly sees it."""
@@ -116,10 +116,10 @@ def backlash_finding(play: Play, table: TableUncertainty | None) -> Finding:
     details: dict[str, float | str | None] = {
         "test": test.name,
         "axis_of_table": play.axis,
-        "backlash_arcsec": _arcsec(abs(play.size_rad)),
-        "standard_uncertainty_arcsec": _arcsec(play.standard_uncertainty_rad),
+        "backlash_arcsec": in_arcsec(abs(play.size_rad)),
+        "standard_uncertainty_arcsec": in_arcsec(play.standard_uncertainty_rad),
         **({"confounded_with": "sensor-change"} if play.is_of_lone_output else {}),
-        **({} if limit is None else {f"{play.axis}_limit_arcsec": _arcsec(limit)}),
+        **({} if limit is None else {f"{play.axis}_limit_arcsec": in_arcsec(limit)}),
     }
     return Finding(test.kind, fact, True, play.p_value, (), details, is_held=test.is_held, what_to_do=way_out)
 
@@ -127,7 +127,7 @@ def backlash_finding(play: Play, table: TableUncertainty | None) -> Finding:
 def _held_words(limit_rad: float | None, *, is_held: bool) -> str:
     if limit_rad is None:
         return _UNHELD
-    declared = f"the ±{two_digits(_arcsec(limit_rad))}″ that are declared of its index errors"
+    declared = f"the ±{two_digits(in_arcsec(limit_rad))}″ that are declared of its index errors"
     return (
         f"half of it is within {declared}, and in the stated uncertainties"
         if is_held
@@ -149,8 +149,4 @@ def _limit_rad(play: Play, table: TableUncertainty | None) -> float | None:
 
 
 def _sized(size_rad: float, uncertainty_rad: float, dof: float) -> str:
-    return f"{within(_arcsec(size_rad), float(t_quantile(0.95, dof)) * _arcsec(uncertainty_rad))}″"
-
-
-def _arcsec(angle_rad: float) -> float:
-    return float(np.rad2deg(angle_rad)) * ARCSEC_PER_DEG
+    return f"{within(in_arcsec(size_rad), float(t_quantile(0.95, dof)) * in_arcsec(uncertainty_rad))}″"

@@ -127,7 +127,7 @@ def solve_linearised(
     ``temperature_degc`` (N,) or (N, m): recorded, and what it may have done is to count where no model has it.
     """
     common = _common_errors(problem, table, shared)
-    within, is_line = _within(problem, common, shared)
+    within, beside, is_line = _parted(problem, common, shared)
     mixed = estimate(problem.form, problem.alone, layout, problem.outputs, within, plots, is_weighted=not is_line)
     if temperature_degc is not None and is_unmodelled(problem.model, temperature_degc):
         part = recorded_temperature(problem.form, mixed.estimator, problem.outputs, mixed.ordinary, temperature_degc)
@@ -137,7 +137,7 @@ def solve_linearised(
         mixed = replace(mixed, components=(*mixed.components, steps))
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=True)
     mixed = replace(mixed, components=(*mixed.components, *within_run)) if within_run else mixed
-    return _solved_columns(problem, layout, mixed, common, within)
+    return _solved_columns(problem, layout, mixed, common, beside)
 
 
 def expect_linearised(
@@ -153,7 +153,7 @@ def expect_linearised(
     Nothing is tested, since nothing was observed.
     """
     common = _common_errors(problem, table, shared)
-    within, is_line = _within(problem, common, shared)
+    within, beside, is_line = _parted(problem, common, shared)
     alone_names = [problem.model.primary_names[index] for index in problem.free[: problem.alone.basis.shape[1]]]
     mixed = expected_estimates(
         problem.form,
@@ -168,13 +168,13 @@ def expect_linearised(
     )
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=False)
     mixed = replace(mixed, components=(*mixed.components, *within_run))
-    return _solved_columns(problem, layout, mixed, common, within)
+    return _solved_columns(problem, layout, mixed, common, beside)
 
 
-def _within(
+def _parted(
     problem: Linearised, common: Sequence[CommonErrors], shared: Sequence[SharedError]
-) -> tuple[Sequence[CommonErrors], bool]:
-    """Return the common errors that the estimate weighs by, and whether it is a straight line's.
+) -> tuple[Sequence[CommonErrors], Sequence[CommonErrors], bool]:
+    """Return the common errors that the estimate weighs by, those beside it, and whether it is a straight line's.
 
     A straight line is drawn as it is: weights by what its levels are wrong by would move it. Those errors are added to
     its covariance; where they make rows across a field scatter, they are also taken out of the lack of fit. So are
@@ -182,12 +182,13 @@ def _within(
     """
     is_line = problem.block.reference_level is not None
     if is_line and not any(error.effect == "field" for error in shared):
-        return [], is_line
+        return [], common, is_line
     shown = {error.name for error in shared if not error.is_weighed}
     if not shown:
-        return common, is_line
+        return common, [], is_line
     weighed = [{name: block for name, block in blocks.items() if name not in shown} for blocks in common]
-    return (weighed if any(weighed) else []), is_line
+    beside = [{name: block for name, block in blocks.items() if name in shown} for blocks in common]
+    return (weighed if any(weighed) else []), beside, is_line
 
 
 def _solved_columns(
@@ -195,15 +196,10 @@ def _solved_columns(
     layout: Layout,
     mixed: MixedEstimates,
     common: Sequence[CommonErrors],
-    within: Sequence[CommonErrors],
+    beside: Sequence[CommonErrors],
 ) -> SolvedColumns:
-    """Return the whole story of estimates; common errors that are not within them are added to their covariances."""
-    if within is not common:
-        known = within or [{}] * len(common)
-        beside = [
-            {name: block for name, block in blocks.items() if name not in weighed}
-            for blocks, weighed in zip(common, known, strict=True)
-        ]
+    """Return the whole story of estimates; common errors ``beside`` them are added to their covariances."""
+    if beside:
         mixed = mixed.with_errors(problem.form, beside)
     primary = problem.complete(mixed.estimate)
     components = _all_primary(problem, mixed, common)

@@ -17,7 +17,7 @@ from ams.findings import Finding
 from ams.frames import AXES
 from ams.remembered import remembered
 from ams.statistics.intervals import t_quantile
-from ams.units import ARCSEC_PER_DEG
+from ams.units import in_arcsec
 
 _ABOUT: Final[tuple[What, ...]] = ("roll", "lateral axis", "normal")
 """Turns of the package about x, y and z."""
@@ -84,10 +84,10 @@ def roll_turn_finding(turn: RollTurn) -> Finding:
     """Return what is said of a rotation: by how much over a turn of roll, and about which axes of the package."""
     quantile, sd = float(t_quantile(0.95, turn.dof)), np.sqrt(np.diagonal(turn.covariance))
     about = ", ".join(
-        f"{axis} {within(_arcsec(size), quantile * _arcsec(each))}″"
+        f"{axis} {within(in_arcsec(size), quantile * in_arcsec(each))}″"
         for axis, size, each in zip(AXES, turn.turn_rad.tolist(), sd.tolist(), strict=True)
     )
-    size = within(_arcsec(turn.size_rad), quantile * _arcsec(turn.standard_uncertainty_rad))
+    size = within(in_arcsec(turn.size_rad), quantile * in_arcsec(turn.standard_uncertainty_rad))
     others = (
         f"or it is of {turn.lone_axis} alone, which shows nearly all of it: a cable that leaks as it is twisted; "
         if turn.lone_axis
@@ -100,14 +100,13 @@ def roll_turn_finding(turn: RollTurn) -> Finding:
     )
     details: dict[str, float | str | None] = {
         "test": ROLL_TURN,
-        "turn_with_roll_arcsec": _arcsec(turn.size_rad),
-        "standard_uncertainty_arcsec": _arcsec(turn.standard_uncertainty_rad),
+        "turn_with_roll_arcsec": in_arcsec(turn.size_rad),
+        "standard_uncertainty_arcsec": in_arcsec(turn.standard_uncertainty_rad),
         **({"confounded_with": "sensor-change"} if turn.lone_axis else {}),
-        **{f"turn_about_{axis}_arcsec": _arcsec(part) for axis, part in zip(AXES, turn.turn_rad.tolist(), strict=True)},
+        **{
+            f"turn_about_{axis}_arcsec": in_arcsec(part)
+            for axis, part in zip(AXES, turn.turn_rad.tolist(), strict=True)
+        },
     }
     way_out = "give the cables slack over the whole range of roll, look at the mount, and measure again"
     return Finding("table-rotation", fact, True, turn.p_value, (), details, is_held=False, what_to_do=way_out)
-
-
-def _arcsec(angle_rad: float) -> float:
-    return float(np.rad2deg(angle_rad)) * ARCSEC_PER_DEG

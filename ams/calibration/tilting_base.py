@@ -31,7 +31,7 @@ from ams.remembered import remembered
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 from ams.statistics.intervals import t_quantile
-from ams.units import RAD_PER_ARCSEC
+from ams.units import in_arcsec
 
 BASE_TILT: Final = "tilt of the base between replications"
 _COUNTED: Final = 0.1
@@ -135,7 +135,7 @@ def judge_base(outputs: Sequence[tuple[Evidence, int]]) -> BaseTilt | None:
 def tilt_finding(tilt: BaseTilt, *, is_counted: bool) -> Finding:
     """Return what is said of a tilt; ``is_counted``: whether it is in the uncertainties."""
     sizes = [
-        f"{within(_arcsec(size), float(t_quantile(0.95, tilt.dof)) * _arcsec(u))}″"
+        f"{within(in_arcsec(size), float(t_quantile(0.95, tilt.dof)) * in_arcsec(u))}″"
         for size, u in zip(tilt.range_rad, tilt.standard_uncertainty_rad, strict=True)
     ]
     held = (
@@ -151,9 +151,9 @@ def tilt_finding(tilt: BaseTilt, *, is_counted: bool) -> Finding:
     )
     details: dict[str, float | str | None] = {
         "test": BASE_TILT,
-        "turned_arcsec": _arcsec(max(tilt.range_rad)),
-        "about_pitch_arcsec": _arcsec(tilt.range_rad[0]),
-        "about_forward_axis_arcsec": _arcsec(tilt.range_rad[1]),
+        "turned_arcsec": in_arcsec(max(tilt.range_rad)),
+        "about_pitch_arcsec": in_arcsec(tilt.range_rad[0]),
+        "about_forward_axis_arcsec": in_arcsec(tilt.range_rad[1]),
     }
     what_to_do = (
         "find what tilts the base (sun, air conditioning, oil, a load that moves), read the level between the "
@@ -240,7 +240,3 @@ def _changes(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | 
     least = [_ROUNDING * np.linalg.norm(change, axis=0) for change in turned]
     seen = [each * (np.linalg.norm(each, axis=0) > few) for each, few in zip(left, least, strict=True)]
     return np.stack(seen), taken
-
-
-def _arcsec(angle_rad: float) -> float:
-    return angle_rad / RAD_PER_ARCSEC

@@ -1,7 +1,6 @@
 """Where sets are used beyond what they are valid for: the row is answered, and its flag says so."""
 
 from collections.abc import Iterable, Mapping
-from typing import Final
 
 import numpy as np
 
@@ -9,8 +8,7 @@ from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.models.possible_temperature import COLUMN, possible_temperatures
 from ams.sets.coefficients import CoefficientSet
-
-ROUNDING_DEG: Final = 1e-6
+from ams.sets.vectors import ROUNDING_DEG
 
 
 def senses_roll_within(coefficients: CoefficientSet) -> bool:

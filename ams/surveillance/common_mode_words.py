@@ -3,15 +3,13 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
 from ams.rounding import significant, two_digits
 from ams.surveillance.common_mode import CommonMode, SensorChange
 from ams.surveillance.common_mode_causes import LIKE_AXES, ROTATION, Cause
 from ams.surveillance.common_mode_columns import Estimate
 from ams.surveillance.turns import BASE, FIXTURE, FIXTURE_X, FIXTURE_Y, FIXTURE_Z, PITCH, ROLL, ROTATIONS, YAW
-from ams.units import ARCSEC_PER_DEG, in_words, signed, signed_in_words
+from ams.units import in_arcsec, in_words, signed, signed_in_words
 
 NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten", "eleven", "twelve")
 _TEMPERATURE = "temperature"
@@ -80,9 +78,9 @@ def _sensor_changes(found: CommonMode, between: str, steps: tuple[int, ...]) -> 
         text = _doubted(odd, f"{odd.sensor} changed by itself {between} ({size})") if odd.also else text
         details: dict[str, float | str | None] = {
             "sensor": odd.sensor,
-            "largest_arcsec": _in_arcsec(odd.largest_rad),
+            "largest_arcsec": in_arcsec(odd.largest_rad),
             "culprit": odd.attribution.culprit,
-            "turned_arcsec": None if odd.attribution.culprit == "sensor" else _in_arcsec(odd.attribution.turned_rad),
+            "turned_arcsec": None if odd.attribution.culprit == "sensor" else in_arcsec(odd.attribution.turned_rad),
         }
         if odd.also:
             details["confounded_with"] = ", ".join(dict.fromkeys(str(cause.kind) for cause in odd.also))
@@ -129,7 +127,7 @@ def turn_in_words(found: CommonMode, cause: Cause) -> str:
     """Return how far the table turned and about what."""
     sizes = {name: found.estimates[name] for name in cause.parts if name in found.estimates}
     if cause.name == ROTATION:
-        return f"up to {significant(abs(_in_arcsec(found.rotation_rad)), 3)}″"
+        return f"up to {significant(abs(in_arcsec(found.rotation_rad)), 3)}″"
     if cause.parts == (BASE,):
         return f"{_angle(sizes[BASE])} about the base's forward axis"
     plain = _plain(sizes) if cause.name == FIXTURE else sizes
@@ -185,30 +183,26 @@ def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
     if found.seen_by and cause.kind == "sensor-change":
         details["sensor"] = found.seen_by
     if cause.kind == "table-rotation":
-        details["turned_arcsec"] = _in_arcsec(found.rotation_rad)
+        details["turned_arcsec"] = in_arcsec(found.rotation_rad)
     for name in cause.parts:
         if name not in found.estimates:
             continue
         estimate, key = found.estimates[name], name.replace(" ", "_")
         if name in ROTATIONS:
-            details[f"{key}_arcsec"] = _in_arcsec(estimate.value)
-            details[f"{key}_standard_uncertainty_arcsec"] = _in_arcsec(estimate.standard_uncertainty)
+            details[f"{key}_arcsec"] = in_arcsec(estimate.value)
+            details[f"{key}_standard_uncertainty_arcsec"] = in_arcsec(estimate.standard_uncertainty)
         else:
             details[key], details[f"{key}_standard_uncertainty"] = estimate.value, estimate.standard_uncertainty
     return details
 
 
 def _angle(estimate: Estimate) -> str:
-    return f"{_arcsec(estimate.value)} (u {two_digits(_in_arcsec(estimate.standard_uncertainty))}″)"
+    return f"{_arcsec(estimate.value)} (u {two_digits(in_arcsec(estimate.standard_uncertainty))}″)"
 
 
 def _arcsec(angle_rad: float) -> str:
-    size = _in_arcsec(angle_rad)
+    size = in_arcsec(angle_rad)
     return f"{signed(round(size), 9) if abs(size) >= 100.0 else signed(size, 3)}″"
-
-
-def _in_arcsec(angle_rad: float) -> float:
-    return float(np.degrees(angle_rad)) * ARCSEC_PER_DEG
 
 
 def _number(count: int) -> str:
