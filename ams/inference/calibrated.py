@@ -28,6 +28,7 @@ from ams.sets.sensed_quantity import PER_G
 
 _POWERS: Final = MappingProxyType({**dict.fromkeys(PER_G, 1), **dict.fromkeys(Q_NAMES, 2), CUBIC_NAME: 3})
 """Powers of the force that a term has."""
+_NO_SHARES: Final[Mapping[str, float]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -144,9 +145,12 @@ def package_of_set(
     axes: Sequence[str],
     sensors: Sequence[CalibratedSensor],
     site_gravity_mps2: float | None = None,
-    site_uncertainty_mps2: float | None = None,
+    gravity_shares: Mapping[str, float] = _NO_SHARES,
 ) -> CalibratedPackage | None:
-    """Return the package that some axes of a set make; None where the set does not state what they have in common."""
+    """Return the package that some axes of a set make; None where the set does not state what they have in common.
+
+    ``gravity_shares``: by cause, what gravity is wrong by where it is used, over gravity.
+    """
     section = package_of(coefficients.document)
     if section is None or len(axes) < 2:
         return None
@@ -156,9 +160,7 @@ def package_of_set(
     sense = np.concatenate([_senses(coefficients, sensor.names, site_gravity_mps2) for sensor in sensors])
     parts = _components(table(section["components"]), indices, sense)
     relative = np.concatenate([_by_gravity(sensor.names, sensor.primary) for sensor in sensors])
-    return CalibratedPackage(
-        sensors, (*parts, *_of_gravity(coefficients, relative, site_gravity_mps2, site_uncertainty_mps2))
-    )
+    return CalibratedPackage(sensors, (*parts, *_of_gravity(relative, gravity_shares)))
 
 
 def sensor_of_set(
@@ -167,11 +169,12 @@ def sensor_of_set(
     reading_sd_v: float | None,
     temperature_degc: FloatArray | None,
     site_gravity_mps2: float | None = None,
-    site_uncertainty_mps2: float | None = None,
+    gravity_shares: Mapping[str, float] = _NO_SHARES,
 ) -> CalibratedSensor:
     """Return one axis of a set as a sensor, at the site's g where it is another than the calibration's.
 
-    Without a reading's standard deviation that of the calibration's rows stands for it.
+    ``gravity_shares``: by cause, what gravity is wrong by where it is used, over gravity. Without a reading's standard
+    deviation that of the calibration's rows stands for it.
 
     Raises: OutsideValidity where the set needs a temperature or states no standard error.
     """
@@ -183,7 +186,7 @@ def sensor_of_set(
     ratio = _gravity_ratio(coefficients, site_gravity_mps2)
     covariance = matrix(primary["covariance"]) * np.outer(sense, sense)
     relative = _by_gravity(names, values * sense)
-    of_gravity = _of_gravity(coefficients, relative, site_gravity_mps2, site_uncertainty_mps2)
+    of_gravity = _of_gravity(relative, gravity_shares)
     covariance = covariance + sum(part.covariance for part in of_gravity)
     parts = _components(table(primary["components"]), list(range(len(names))), sense)
     stated = standard_error_of(section, coefficients.axes[axis]) if reading_sd_v is None else reading_sd_v
@@ -235,24 +238,10 @@ def _by_gravity(names: Sequence[str], values: FloatArray) -> FloatArray:
     return np.asarray(values * [float(_POWERS.get(name, 0)) for name in names])
 
 
-def _of_gravity(
-    coefficients: CoefficientSet,
-    relative: FloatArray,
-    site_gravity_mps2: float | None,
-    site_uncertainty_mps2: float | None,
-) -> tuple[VarianceComponent, ...]:
-    """Return the parts that the g of calibration and of use are wrong by, the same for all axes; none at one g."""
-    gravity = coefficients.gravity
-    if site_gravity_mps2 is None:
-        return ()
-    stated = {
-        "local gravity": gravity.standard_uncertainty_mps2 / gravity.value_mps2,
-        "gravity at use": (site_uncertainty_mps2 or 0.0) / site_gravity_mps2,
-    }
+def _of_gravity(relative: FloatArray, shares: Mapping[str, float]) -> tuple[VarianceComponent, ...]:
+    """Return the parts that the g of calibration and of use are wrong by, the same for all axes."""
     return tuple(
-        VarianceComponent(name, np.outer(relative * share, relative * share), np.inf)
-        for name, share in stated.items()
-        if share
+        VarianceComponent(name, np.outer(relative * share, relative * share), np.inf) for name, share in shares.items()
     )
 
 

@@ -18,21 +18,20 @@ from ams.attitude.spread import PackageErrors
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.attitude.three_axes import BLOCK_ROWS, AttitudeColumns, blocks
 from ams.errors import OutsideValidity
-from ams.frames import specific_force
 from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
 from ams.inference.angle_stream import SD_FACTOR, Answer, nothing, with_temperature_codes
+from ams.inference.bent_sensors import unbent
 from ams.inference.by_inverse import pitch_by_inverse
 from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
 from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
 from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
-from ams.inference.site_gravity import check_site_gravity
+from ams.inference.site_gravity import check_site_gravity, gravity_shares, shares_in_common
 from ams.inference.used_beyond import codes_of_angles, senses_roll_within
 from ams.models.registry import MODELS
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
 from ams.units import printed
 
-_ROUNDS: Final = 30
 _DEG_PER_RAD: Final = float(np.rad2deg(1.0))
 """A product of a column costs a fifth of what numpy's function of it does."""
 
@@ -50,6 +49,8 @@ class Package:
     """How the package sits in the model; None: angles are those of the package."""
     site_gravity_uncertainty_mps2: float | None = None
     """Standard, of the g where the set is used; None where nobody declares it."""
+    gravity_in_common: frozenset[str] = frozenset()
+    """Causes of an error of gravity that are counted beside the package, where another one has the same."""
 
     def __post_init__(self) -> None:
         self.coefficients.require_standing(self.coefficients.sensor, "nothing was computed")
@@ -113,10 +114,10 @@ class Package:
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
         """Return the sensors at (N,) readings; a standard deviation that is stated has the factor of every row."""
-        temperature = readings.get("temperature_degc")
-        site, u_mps2 = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
+        temperature, site = readings.get("temperature_degc"), self.site_gravity_mps2
         found = [
-            sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site, u_mps2) for axis in self.columns
+            sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site, self._gravity_shares)
+            for axis in self.columns
         ]
         factor = readings.get(SD_FACTOR)
         if reading_sd_v is None or factor is None:
@@ -125,8 +126,22 @@ class Package:
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""
-        site, u_mps2 = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
-        return package_of_set(self.coefficients, tuple(self.columns), sensors, site, u_mps2)
+        site = self.site_gravity_mps2
+        return package_of_set(self.coefficients, tuple(self.columns), sensors, site, self._gravity_shares)
+
+    @property
+    def _gravity_shares(self) -> Mapping[str, float]:
+        shares = gravity_shares(self.coefficients, self.site_gravity_mps2, self.site_gravity_uncertainty_mps2)
+        return {name: share for name, share in shares.items() if name not in self.gravity_in_common}
+
+    def beside(self, other: "Package") -> tuple["Package", "Package", float]:
+        """Return two packages without what gravity is wrong by in both alike, and that, over gravity."""
+        site = self.site_gravity_mps2, self.site_gravity_uncertainty_mps2
+        if site != (other.site_gravity_mps2, other.site_gravity_uncertainty_mps2):
+            return self, other, 0.0
+        shares = shares_in_common((self.coefficients, other.coefficients), *site)
+        first, second = (replace(package, gravity_in_common=frozenset(shares)) for package in (self, other))
+        return first, second, float(np.sqrt(sum(share**2 for share in shares.values())))
 
     def outputs_v(self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]) -> FloatArray:
         """Return the (N, A) readings brought to the reference temperature."""
@@ -247,14 +262,10 @@ class Inference:
         if is_alike and self._kernel is not None:
             outputs_v = np.stack([readings[column] for column in self.package.columns.values()])
             return self._kernel(outputs_v, self._known_roll_rad(readings))
+        if self.model_package is not None:
+            return self._angles_of_two(*self.package.beside(self.model_package), readings)
         sensors = self.package.sensors(readings, self.reading_sd_v)
         outputs = self.package.outputs_v(sensors, readings)
-        if self.model_package is not None:
-            second = self.model_package.sensors(readings, self.reading_sd_v)
-            together = self.package.together(sensors), self.model_package.together(second)
-            return angles_from_packages(
-                sensors, second, outputs, self.model_package.outputs_v(second, readings), together
-            )
         output = FIELDS[self.package.model].output
         if output is not None:
             nominal_axis = self.package.coefficients.axes[next(iter(self.package.columns))].nominal_axis
@@ -263,10 +274,18 @@ class Inference:
             alone = angles_from_sting(sensors, outputs, self.package.together(sensors))
             return replace(alone, codes=alone.codes | np.uint32(flag_codes.NO_ROLL))
         turned = self.package.in_model_axes(sensors)
-        found = _unbent(turned, outputs, self._geometry(sensors, readings))
+        found = unbent(turned, outputs, self._geometry(sensors, readings))
         if len(turned) == 3:
             name_suspects_of(turned, found.codes, outputs.T)
         return found
+
+    def _angles_of_two(
+        self, sting: Package, model: Package, gravity_relative_u: float, readings: Mapping[str, FloatArray]
+    ) -> SpreadAngles:
+        first, second = (package.sensors(readings, self.reading_sd_v) for package in (sting, model))
+        outputs = sting.outputs_v(first, readings), model.outputs_v(second, readings)
+        together = sting.together(first), model.together(second)
+        return angles_from_packages(first, second, *outputs, together, gravity_relative_u=gravity_relative_u)
 
     def _geometry(
         self, sensors: Sequence[CalibratedSensor], readings: Mapping[str, FloatArray]
@@ -366,20 +385,3 @@ def _check_pair(sting: Package, model: Package) -> None:
             f"two packages: got {sting.model} and {model.model} with {len(model.columns)} axes, needed a sting package "
             "and a model package of three axes each; nothing was computed"
         )
-
-
-def _unbent(
-    sensors: Sequence[CalibratedSensor | AlignedSensor], outputs_v: FloatArray, solve: Callable[[FloatArray], Angles]
-) -> Angles:
-    """Solve for angles with the quadratic terms taken off at the angles themselves, until they stand still."""
-    found = solve(outputs_v)
-    if all(sensor.is_linear for sensor in sensors):
-        return found
-    for _ in range(_ROUNDS):
-        force = specific_force(found.pitch_rad, np.nan_to_num(found.roll_rad))
-        bent = np.stack([sensor.quadratic_v(force) for sensor in sensors], axis=-1)
-        before, found = found, solve(outputs_v - bent)
-        moved = np.abs(np.nan_to_num(found.pitch_rad - before.pitch_rad))
-        if np.all(moved < 1e-13):
-            return found
-    return found

@@ -8,7 +8,6 @@ lost, at Ψ = ±90° the sign of Θ, with the sting's x axis vertical the roll. 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 import numpy as np
 
@@ -20,19 +19,16 @@ from ams.attitude.spread import (
     OutputErrors,
     PackageErrors,
     Spread,
+    UncertainSensor,
     beside_singular,
     output_errors,
     side_by_side,
-    weighing_variances,
 )
-from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor, onto_unit_sphere, tangents
+from ams.attitude.static import CLEARANCE_SD, LARGEST_SD_RAD, SMALLEST_SLOPE, Sensor
 from ams.attitude.truncated_pivot import along_distance, factor_across, factor_along
 from ams.attitude.two_package import angles_from_gravity
-from ams.errors import DesignError
 from ams.frames import wrap_rad
-from ams.models.cr import model_gravity_g
-
-_ITERATIONS: Final = 20
+from ams.inference.package_fit import Fitted, PackageAxes, resolved, stacked, weights_of
 
 
 @dataclass(frozen=True)
@@ -63,17 +59,14 @@ def angles_from_sting(
 
     The sensors are lines in the specific force, minus gravity. Raises: DesignError where they lie in one plane.
     """
-    k, volts = _stacked(sensors, outputs_v)
-    force = _resolved(k, volts)
-    weights = 1.0 / _variances(sensors, force)
-    unit, _ = onto_unit_sphere(k, volts, weights, force)
-    columns = -np.einsum("ij,njs->nis", k, _slopes(-unit))
-    spread = _spread(columns, weights, output_errors(sensors, unit, package))
-    none = np.full(unit.shape[0], np.nan)
-    residual = volts - unit @ k.T
-    codes = _disagreement(residual, columns, output_errors(sensors, unit, package))
-    found = _read_off(-unit, none, spread)
-    return replace(found, codes=found.codes | codes)
+    k, volts = stacked(sensors, outputs_v)
+    axes = PackageAxes(k)
+    weights = weights_of(sensors, k, resolved(k, volts))
+    fit = axes.fit(volts, weights)
+    errors = output_errors(sensors, -fit.gravity, package)
+    columns = axes.columns(fit, _slopes(fit.gravity))
+    found = _read_off(fit.gravity, fit.roll_rad, _spread(columns, weights, errors))
+    return replace(found, codes=found.codes | _disagreement(fit.residual_v, columns, errors))
 
 
 def angles_from_packages(
@@ -82,37 +75,45 @@ def angles_from_packages(
     sting_v: FloatArray,
     model_v: FloatArray,
     packages: tuple[PackageErrors | None, PackageErrors | None] = (None, None),
+    *,
+    gravity_relative_u: float = 0.0,
 ) -> SpreadAngles:
     """Find all three angles from three sting and three model outputs, (N, 3) each, all six weighted together.
 
+    ``gravity_relative_u``: standard uncertainty, over gravity, of what both packages take for it in common, which is
+    in the errors of neither.
+
     Raises: DesignError where the sensors of a package lie in one plane.
     """
-    k_s, volts_s = _stacked(sting, sting_v)
-    k_m, volts_m = _stacked(model, model_v)
-    gravity, in_model = -_resolved(k_s, volts_s), -_resolved(k_m, volts_m)
-    roll = np.arctan2(
-        in_model[:, 1] * gravity[:, 2] - in_model[:, 2] * gravity[:, 1],
-        in_model[:, 1] * gravity[:, 1] + in_model[:, 2] * gravity[:, 2],
+    k_s, volts_s = stacked(sting, sting_v)
+    k_m, volts_m = stacked(model, model_v)
+    axes = PackageAxes(k_s, k_m)
+    weights = np.concatenate(
+        [weights_of(sting, k_s, resolved(k_s, volts_s)), weights_of(model, k_m, resolved(k_m, volts_m))], axis=1
     )
-    weights = 1.0 / np.concatenate([_variances(sting, -gravity), _variances(model, -in_model)], axis=1)
-    volts = np.concatenate([volts_s, volts_m], axis=1)
-    for _ in range(_ITERATIONS):
-        predicted = -np.concatenate([gravity @ k_s.T, model_gravity_g(gravity, roll) @ k_m.T], axis=1)
-        along = tangents(gravity)
-        columns = _columns(k_s, k_m, gravity, roll, along)
-        step = _step(columns, weights, volts - predicted)
-        gravity = gravity + np.einsum("njt,nt->nj", along, step[:, :2])
-        gravity = gravity / np.linalg.norm(gravity, axis=1, keepdims=True)
-        roll = roll + step[:, 2]
-        if np.all(np.abs(step) < 1e-13):
-            break
-    errors = side_by_side(
-        output_errors(sting, -gravity, packages[0]), output_errors(model, -model_gravity_g(gravity, roll), packages[1])
+    fit = axes.fit(np.concatenate([volts_s, volts_m], axis=1), weights)
+    errors = errors_of_two(axes, fit, (sting, model), packages, gravity_relative_u)
+    columns = axes.columns(fit, _slopes(fit.gravity))
+    found = _read_off(fit.gravity, fit.roll_rad, _spread(columns, weights, errors))
+    return replace(found, codes=found.codes | _disagreement(fit.residual_v, columns, errors))
+
+
+def errors_of_two(
+    axes: PackageAxes,
+    at: Fitted,
+    sensors: tuple[Sequence[UncertainSensor], Sequence[UncertainSensor]],
+    packages: tuple[PackageErrors | None, PackageErrors | None],
+    gravity_relative_u: float,
+) -> OutputErrors:
+    """Return the errors of the six outputs of two packages at an attitude; see :func:`angles_from_packages`."""
+    apart = side_by_side(
+        output_errors(sensors[0], -at.gravity, packages[0]), output_errors(sensors[1], -at.in_model, packages[1])
     )
-    along = _columns(k_s, k_m, gravity, roll, _slopes(gravity))
-    left = volts + np.concatenate([gravity @ k_s.T, model_gravity_g(gravity, roll) @ k_m.T], axis=1)
-    found = _read_off(gravity, roll, _spread(along, weights, errors))
-    return replace(found, codes=found.codes | _disagreement(left, along, errors))
+    if not gravity_relative_u:
+        return apart
+    by_gravity = gravity_relative_u * axes.predicted_v(at)
+    common = np.einsum("ni,nj->nij", by_gravity, by_gravity)
+    return replace(apart, calibration=[*apart.calibration, (common, np.inf)])
 
 
 def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputErrors) -> Codes:
@@ -144,27 +145,6 @@ def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputError
     return codes
 
 
-def _stacked(sensors: Sequence[Sensor], outputs_v: FloatArray) -> tuple[FloatArray, FloatArray]:
-    k = np.stack([sensor.k_v_per_g for sensor in sensors])
-    if len(sensors) != 3 or abs(np.linalg.det(k)) < SMALLEST_SLOPE * float(np.prod(np.linalg.norm(k, axis=1))):
-        raise DesignError(
-            f"package: {len(sensors)} sensitive axes do not resolve three directions: needed are three, "
-            "not in one plane"
-        )
-    return k, np.atleast_2d(outputs_v) - np.array([sensor.offset_v for sensor in sensors])
-
-
-def _resolved(k: FloatArray, volts: FloatArray) -> FloatArray:
-    force = np.linalg.solve(k, volts.T).T
-    return np.asarray(force / np.linalg.norm(force, axis=1, keepdims=True))
-
-
-def _variances(sensors: Sequence[Sensor], force: FloatArray) -> FloatArray:
-    tiny = float(np.finfo(float).tiny)
-    k = np.stack([sensor.k_v_per_g for sensor in sensors])
-    return np.asarray(np.maximum(weighing_variances(sensors, k, force), tiny**0.5))
-
-
 def _slopes(gravity: FloatArray) -> FloatArray:
     """Return (N, 3, 2) ∂G/∂Θ and ∂G/∂(sin Θ Ψ), sting axes: unit vectors across G, regular everywhere."""
     sine = np.hypot(gravity[:, 0], gravity[:, 1])
@@ -175,23 +155,6 @@ def _slopes(gravity: FloatArray) -> FloatArray:
     c_pitch, s_pitch = gravity[:, 2], sign * sine
     by_pitch = np.stack([-c_pitch * c_yaw, c_pitch * s_yaw, -s_pitch], axis=-1)
     return np.stack([by_pitch, np.stack([s_yaw, c_yaw, np.zeros_like(s_yaw)], axis=-1)], axis=-1)
-
-
-def _columns(k_s: FloatArray, k_m: FloatArray, gravity: FloatArray, roll: FloatArray, along: FloatArray) -> FloatArray:
-    """Return the (N, 6, 3) derivatives of the outputs by two turns of gravity and by roll."""
-    turned = np.stack([model_gravity_g(along[..., index], roll) for index in range(2)], axis=-1)
-    in_model = model_gravity_g(gravity, roll)
-    by_roll = np.stack([np.zeros_like(roll), in_model[:, 2], -in_model[:, 1]], axis=-1)
-    sting = np.concatenate([np.einsum("ij,njs->nis", k_s, along), np.zeros((roll.size, 3, 1))], axis=-1)
-    model = np.concatenate([np.einsum("ij,njs->nis", k_m, turned), (by_roll @ k_m.T)[..., None]], axis=-1)
-    return -np.concatenate([sting, model], axis=1)
-
-
-def _step(columns: FloatArray, weights: FloatArray, residual: FloatArray) -> FloatArray:
-    relative = weights / weights.max(axis=1, keepdims=True)
-    normal = np.einsum("nis,ni,nit->nst", columns, relative, columns)
-    gradient = np.einsum("nis,ni,ni->ns", columns, relative, residual)
-    return np.asarray((np.linalg.pinv(normal, rcond=1e-12) @ gradient[..., None])[..., 0])
 
 
 def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> Spread:

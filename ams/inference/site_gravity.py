@@ -1,5 +1,6 @@
-"""The g where a set is used, as somebody states it."""
+"""The g where a set is used, as somebody states it, and what it is wrong by."""
 
+from collections.abc import Mapping
 from typing import Final
 
 from ams.errors import OutsideValidity
@@ -9,6 +10,8 @@ LEAST_GRAVITY_MPS2: Final = 9.7
 LARGEST_GRAVITY_MPS2: Final = 9.9
 LARGEST_UNCERTAINTY_MPS2: Final = 0.05
 """Half of what normal gravity spans between equator and poles: beyond it nothing is stated."""
+_AT_CALIBRATION: Final = "local gravity"
+_AT_USE: Final = "gravity at use"
 
 
 def check_site_gravity(coefficients: CoefficientSet, site_mps2: float | None, uncertainty_mps2: float | None) -> None:
@@ -34,3 +37,29 @@ def check_site_gravity(coefficients: CoefficientSet, site_mps2: float | None, un
             f"{coefficients.sensor}: gravity at use: belongs to accelerometers of the form v = b + k·f; "
             "nothing was computed; leave it out"
         )
+
+
+def gravity_shares(
+    coefficients: CoefficientSet, site_mps2: float | None, uncertainty_mps2: float | None
+) -> Mapping[str, float]:
+    """Return by cause the relative standard uncertainty of gravity in outputs at use; none at the calibration's g."""
+    if site_mps2 is None:
+        return {}
+    gravity = coefficients.gravity
+    stated = {
+        _AT_CALIBRATION: gravity.standard_uncertainty_mps2 / gravity.value_mps2,
+        _AT_USE: (uncertainty_mps2 or 0.0) / site_mps2,
+    }
+    return {name: share for name, share in stated.items() if share}
+
+
+def shares_in_common(
+    sets: tuple[CoefficientSet, CoefficientSet], site_mps2: float | None, uncertainty_mps2: float | None
+) -> Mapping[str, float]:
+    """Return those of two packages side by side that are one and the same error of both.
+
+    They are at one place; that of the calibrations is where both state one gravity.
+    """
+    shares = gravity_shares(sets[0], site_mps2, uncertainty_mps2)
+    have_same_gravity = sets[0].gravity == sets[1].gravity
+    return {name: share for name, share in shares.items() if name == _AT_USE or have_same_gravity}

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
 from line_sets import triad_set
-from solved_sets import SITE, bent_set, gyro_set, tp_set
+from solved_sets import SITE, bent_set, gyro_set, package_set, tp_set
 
+from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
 from ams.inference.inference import Inference, Package
@@ -97,3 +99,48 @@ def test_an_uncertainty_of_no_gravity_at_use_is_refused() -> None:
     for wrong in (-1e-4, 1.0, float("nan")):
         with pytest.raises(OutsideValidity, match=r"uncertainty of gravity at use: got .* m/s², allowed 0 to 0\.05"):
             Package(tp_set(), {"x": "x_v"}, 9.81, site_gravity_uncertainty_mps2=wrong)
+
+
+EULERS_DEG = [(-30.0, 15.0, 20.0), (-12.0, -18.0, -40.0), (20.0, 10.0, 35.0)]
+
+
+def of_two_packages(
+    sting_part: float, model_part: float, u_mps2: float | None = None, reading_sd_v: float = 1e-7
+) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Infer what explicit rotations give where g is so many parts more than is stated; return angles and flags."""
+    readings = {}
+    for prefix, package, table, part in (
+        ("", "sting", TABLE_3_STING, sting_part),
+        ("model_", "model", TABLE_3_MODEL, model_part),
+    ):
+        for axis, truth in table.items():
+            read = np.array([accelerometer_v(axis, truth, euler, package) for euler in EULERS_DEG])
+            readings[f"{prefix}{axis}_v"] = truth[0] + (read - truth[0]) * SITE_MPS2 / SITE["gravity_mps2"] * (
+                1.0 + part
+            )
+    pair = [
+        Package(package_set(name), {a: f"{prefix}{a}_v" for a in "xyz"}, SITE_MPS2, None, u_mps2)
+        for prefix, name in (("", "sting"), ("model_", "model"))
+    ]
+    found = Inference(*pair, reading_sd_v=reading_sd_v).answer(readings)
+    return dict(found.columns), (found.codes & flag_codes.REDUNDANCY) != 0
+
+
+def test_two_packages_at_one_place_are_wrong_by_one_gravity() -> None:
+    """What both are wrong by alike is judged as one error, and by opposite parts of it they cannot be wrong at all."""
+    part = 1e-3
+    assert not of_two_packages(2.9 * part, 2.9 * part, part * SITE_MPS2)[1].any()
+    assert of_two_packages(4.2 * part, 4.2 * part, part * SITE_MPS2)[1].all()
+    assert of_two_packages(0.5 * part, -0.5 * part, part * SITE_MPS2)[1].all()
+
+
+def test_angles_of_two_packages_count_what_one_gravity_turns_them_by() -> None:
+    part = 1e-3
+    turned, _ = of_two_packages(part, part)
+    straight, _ = of_two_packages(0.0, 0.0)
+    counted, _ = of_two_packages(0.0, 0.0, part * SITE_MPS2)
+    for angle in ("pitch", "yaw", "roll"):
+        by_gravity_deg = np.sqrt(np.maximum(counted[f"{angle}_sd_deg"] ** 2 - straight[f"{angle}_sd_deg"] ** 2, 0.0))
+        moved_deg = np.abs(turned[f"{angle}_deg"] - straight[f"{angle}_deg"])
+        assert by_gravity_deg == pytest.approx(moved_deg, rel=0.02, abs=2e-6)
+        assert moved_deg.max() > 1e-5
