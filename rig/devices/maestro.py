@@ -60,7 +60,9 @@ class MaestroSettings(AxisSettings):
     home_deg: float = 0.0
     """Attitude that :meth:`MaestroAxis.home` goes to."""
     detect_baud: bool = False
-    """Send the byte from which a controller in the mode "UART, detect baud rate" learns the rate."""
+    """The controller is in the mode "UART, detect baud rate": every command has the Pololu form, whose first byte
+    tells it the rate; to device 12 where ``device_number`` is left out. That byte alone is never sent: a controller
+    that knows its rate would take it for an unfinished command, an error, and send every servo home."""
     baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 9600
     watchdog_s: WatchdogSeconds | None = None
     """The serial time-out as set in the controller; without one the servos stay where they were sent last."""
@@ -69,6 +71,11 @@ class MaestroSettings(AxisSettings):
     @property
     def home_attitude_deg(self) -> float:
         return self.home_deg
+
+    @property
+    def addressed_device(self) -> int | None:
+        """Device number that commands carry; None for the compact form."""
+        return wire.DEFAULT_DEVICE if self.device_number is None and self.detect_baud else self.device_number
 
     @field_validator("points", mode="before")
     @classmethod
@@ -363,14 +370,12 @@ class MaestroAxis:
 def connect(axes: Mapping[str, MaestroSettings], stream: ByteStream) -> dict[str, MaestroAxis]:
     """Return the servos of one controller, which share its line. Raises: LinkLost."""
     first = next(iter(axes.values()))
-    if first.detect_baud:
-        stream.write(bytes([wire.START]))
     exchange = Exchange(
         stream,
         patience=Patience(timeout_s=first.reply_timeout_s),
         resynchronise=lambda: controller.resynchronise(),
     )
-    controller = MaestroController(exchange, MaestroCodec(first.device_number, first.crc))
+    controller = MaestroController(exchange, MaestroCodec(first.addressed_device, first.crc))
     return {
         name: MaestroAxis(name, settings, controller, index)
         for index, (name, settings) in enumerate(axes.items(), start=1)

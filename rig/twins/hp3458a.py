@@ -264,13 +264,13 @@ class Hp3458aTwin:
         elif name == "AUXERR":
             self._say(b"0")
         elif name in ("FUNC", *FUNCTIONS):
-            self._say(b"%d,%.9E" % (settings["FUNC"], settings["RANGE"]))
+            self._say(b"%d, %b" % (settings["FUNC"], wire.format_setting(settings["RANGE"])))
         elif name == "MATH":
             self._say(b"%d,%d" % tuple([*self._operations, 0, 0][:2]))
         elif name == "NRDGS":
-            self._say(b"%d,%d" % (settings["NRDGS"], settings["SAMPLE"]))
+            self._say(b"%d, %d" % (settings["NRDGS"], settings["SAMPLE"]))
         elif name in settings:
-            self._say(b"%.9g" % settings[name])
+            self._say(wire.format_setting(settings[name]))
         else:
             self._errors |= SYNTAX
 

@@ -123,7 +123,7 @@ class MaestroTwin:
         self._model = model
         self._errors = Errors(0)
         self._reader = MaestroReader(device=device, has_crc=has_crc, is_mini=model == "mini")
-        self._waits_for_start = detects_baud
+        self._detects_baud = self._waits_for_start = detects_baud
         self._timeout_s = timeout_s
         self._heard_s = math.inf
         """When the last valid command came; infinite where none is waited for."""
@@ -132,8 +132,9 @@ class MaestroTwin:
     def receive(self, data: bytes, now_s: float) -> None:
         self._look(now_s)
         if self._waits_for_start:
-            _, start, data = data.partition(bytes([wire.START]))
+            _, start, rest = data.partition(bytes([wire.START]))
             self._waits_for_start = not start
+            data = start + rest  # it is the first byte of a command as well
         for heard in self._reader.take(data):
             if isinstance(heard, Errors):
                 self.fail(heard, now_s)
@@ -164,6 +165,7 @@ class MaestroTwin:
     def power_cycle(self, now_s: float) -> None:
         """Lose power and get it back: no pulses, no limits of speed, no errors."""
         self._errors = Errors(0)
+        self._waits_for_start = self._detects_baud
         for channel in self.channels:
             channel.speed = channel.acceleration = 0
             channel.aim(0, now_s)

@@ -89,7 +89,8 @@ SMALLEST_READING_V = 1.0e-98
 READING_CHARACTERS = range(14, 19)
 """The guide says 15; logs of units show 16."""
 
-_NUMBER = re.compile(rb" *[+-]?\d{1,12}(?:\.\d{0,16})?(?:E[+-]?\d{1,2})?", re.IGNORECASE)
+_NUMBER = re.compile(rb" *[+-]?(?:\d{1,12}(?:\.\d{0,16})?|\.\d{1,16})(?:E[+-]?\d{1,2})?", re.IGNORECASE)
+"""Settings come without a zero before the point: ``FUNC?`` on the 0.1 V range is ``1, .1``."""
 _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
 
 
@@ -120,6 +121,12 @@ def parse_pair(line: bytes) -> tuple[float, float]:
     if not comma:
         raise DeviceNonsense("the meter answers with two numbers and a comma")
     return parse_number(first), parse_number(second)
+
+
+def format_setting(value: float) -> bytes:
+    """Return a setting as the meter writes it: the tenth of a volt is ``.1``, ten volts ``10``."""
+    text = f"{value:.9g}".upper()
+    return text.removeprefix("0").encode("ascii") if 0.0 < value < 1.0 else text.encode("ascii")
 
 
 def parse_operations(line: bytes) -> float:

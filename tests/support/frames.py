@@ -255,6 +255,7 @@ ENCODED = (
             b"0, 451322, NO ERROR DETECTED\r\n", ESP),
     Encoded("esp301.encode_reply", esp301.encode_reply("12.345"), b"12.345\r\n", "ESP300 manual, TP"),
     Encoded("hp3458a.format_error", hp3458a.format_error(0), b'0,"NO ERROR"', METER),
+    Encoded("hp3458a.format_setting", hp3458a.format_setting(0.1), b".1", "RANGE? of a real meter on 0.1 V"),
     Encoded("hp3458a.format_reading", hp3458a.format_reading(1.00000012), b" 1.000000120E+00\r\n", METER),
     Encoded("hp3488a.card_type", hp3488a.card_type(1), b"CTYPE 1", SCANNER),
     Encoded("hp3488a.close", hp3488a.close(101), b"CLOSE 101", SCANNER),

@@ -4,6 +4,7 @@ import pytest
 from motion_bench import motion_bench, settings_of
 from pydantic import ValidationError
 
+from rig.devices.maestro import connect
 from rig.errors import DeviceFault, DeviceSilent, RequestRefused
 from rig.link import faults
 from rig.motion.move import home_and_arrive, move_and_arrive
@@ -108,11 +109,22 @@ def test_a_silent_controller_is_silent_and_no_target_is_sent_again() -> None:
     assert len([data for data in sent if b"\x84\x01" in data]) == 1
 
 
-def test_the_baud_rate_is_told_where_the_controller_detects_it() -> None:
-    bench = motion_bench("maestro", detect_baud=True)
-    assert bench.faults.written == 1
-    bench = motion_bench("maestro")
+@pytest.mark.parametrize("device_number", [None, 5])
+def test_a_controller_that_detects_its_rate_moves_no_servo_when_the_line_is_opened_again(
+    device_number: int | None,
+) -> None:
+    """The rate is told by the first byte of whole commands: alone it is an error, which sends every servo home."""
+    bench = motion_bench("maestro", detect_baud=True, device_number=device_number)
     assert bench.faults.written == 0
+    bench.home_all()
+    move_and_arrive(bench.pitch, 30.0, bench.clock, bench.clock.sleep)
+    mark = bench.pitch.home_mark()
+    settings = settings_of("maestro", detect_baud=True, device_number=device_number)
+    second = connect(settings, bench.stream)["pitch"]
+    assert second.home_mark() == mark
+    assert second.identify() == bench.pitch.identify()
+    assert bench.true_deg == pytest.approx(30.0, abs=0.05)
+    assert bench.pitch.state().is_homed
 
 
 @pytest.mark.parametrize(

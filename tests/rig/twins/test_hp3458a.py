@@ -47,7 +47,7 @@ def test_the_reset_state_is_that_of_the_guide() -> None:
     twin.listen(b"RESET", 0.0)
     queries = {b"END?": 0, b"AZERO?": 1, b"NPLC?": 10, b"OFORMAT?": 1, b"TARM?": 1, b"TRIG?": 1}
     assert {query: float(said(twin, query)) for query in queries} == queries
-    assert said(twin, b"NRDGS?") == b"1,1\r\n"
+    assert said(twin, b"NRDGS?") == b"1, 1\r\n"
 
 
 def test_preset_norm_is_triggered_by_talking() -> None:
@@ -142,6 +142,12 @@ def test_another_function_is_answered_and_measured(
     twin.listen(b"TARM SGL", 0.0)
     assert float(twin.talk(9.0)[0]) == pytest.approx(reading, rel=1e-9)
     assert said(twin, b"ERRSTR?") == b'0,"NO ERROR"\r\n'
+
+
+def test_settings_are_written_as_a_real_meter_writes_them() -> None:
+    twin = quiet_meter()
+    twin.listen(b"DCV 0.1", 0.0)
+    assert [said(twin, query) for query in (b"FUNC?", b"RANGE?", b"NRDGS?")] == [b"1, .1\r\n", b".1\r\n", b"1, 1\r\n"]
 
 
 @pytest.mark.parametrize(

@@ -141,7 +141,19 @@ def test_a_channel_that_is_none_is_a_protocol_error() -> None:
 def test_a_controller_that_detects_its_baud_rate_hears_nothing_before_the_start_byte() -> None:
     twin = _twin(detects_baud=True)
     assert _said(twin, "A1 A1", 0.0) == b""
-    assert _said(twin, "AA A1", 0.0) == b"\x00\x00"
+    assert _said(twin, "AA 0C 21", 0.0) == b"\x00\x00"  # guide, 5.c: it can be the first byte of a Pololu command
+    twin.power_cycle(1.0)
+    assert _said(twin, "A1", 1.0) == b""
+
+
+def test_a_start_byte_alone_is_an_unfinished_command_to_a_controller_that_knows_its_rate() -> None:
+    """The guide, 4.e: a command interrupted by another is a protocol error, and any error sends every servo home."""
+    twin = _twin(detects_baud=True)
+    _said(twin, "AA 0C 21", 0.0)
+    _go(twin, 0, 0, 1900.0, 0.0)
+    _said(twin, "AA", 1.0)
+    assert _said(twin, "A1", 1.0) == bytes([Errors.PROTOCOL, 0])
+    assert _position_us(twin, 1.0) == 1500.0
 
 
 def test_the_servos_body_follows_its_pulse() -> None:

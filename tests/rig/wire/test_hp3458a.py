@@ -15,6 +15,7 @@ def test_a_reading_is_a_whole_line() -> None:
 
 
 def test_a_reading_is_read_by_value_and_not_by_column() -> None:
+    assert wire.parse_number(b"200.000000E-03") == 0.2  # APER? of a real meter
     for line in (b"1.00000012", b"+1.00000012E0", b"  1.00000012E+00", b"1.00000012e+00"):
         assert wire.parse_number(line) == 1.00000012
 
@@ -27,7 +28,7 @@ def test_overload_is_the_mark_of_the_guide() -> None:
 
 @pytest.mark.parametrize(
     "line",
-    [b"", b" ", b"nan", b"inf", b"1_0", b"1.0E+00 ", b"1.0,2.0", b"1,5", b"0x1", b"1.0E+001", b"--1", b"1.0E", b"OVLD"],
+    [b"", b" ", b"nan", b"inf", b"1_0", b"1.0E+00 ", b"1.0,2.0", b"1,5", b"0x1", b"1.0E+001", b"--1", b".E1", b"OVLD"],
 )
 def test_what_is_no_number_is_refused(line: bytes) -> None:
     with pytest.raises(DeviceNonsense):
@@ -75,6 +76,8 @@ def test_error_strings_are_those_of_the_guide() -> None:
 def test_functions_and_counts_are_pairs() -> None:
     # 3458A user's guide: FUNC? tells function and range, NRDGS? count and event.
     assert wire.parse_pair(b"1,10") == (1.0, 10.0)
+    # As read from a real meter: NRDGS? and FUNC? on the 10 V and the 0.1 V range.
+    assert [wire.parse_pair(line) for line in (b"1, 1", b"1, 10", b"1, .1")] == [(1.0, 1.0), (1.0, 10.0), (1.0, 0.1)]
     assert wire.parse_pair(b"20,1") == (20.0, 1.0)
     for line in (b"1", b"1,", b",1", b"1,2,3", b"1;2"):
         with pytest.raises(DeviceNonsense):
