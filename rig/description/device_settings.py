@@ -14,6 +14,11 @@ from rig.errors import RequestRefused
 from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 TWIN_PORT = "twin"
+COMMANDED = (
+    "where it was sent, not where it stands: a motor that slips or stalls may read back as arrived; have a check sensor,"
+    " an angle reference or reference visits that would show it"
+)
+"""What a person should know of a read-back that nothing measures."""
 
 Positive = Annotated[float, Field(gt=0.0)]
 WatchdogSeconds = Annotated[float, Field(ge=2.0, le=600.0)]

@@ -9,7 +9,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from rig.description.device_settings import AxisSettings
+from rig.description.device_settings import COMMANDED, AxisSettings
 from rig.devices.abilities import AxisState, StopStep
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import Miswritten, check_target, require_home
@@ -95,12 +95,14 @@ class DialectSettings(AxisSettings):
 
     def remarks(self) -> tuple[str, ...]:
         dialect = self.spoken()
+        measured = dialect.position_is == "measured" or None
         lacks = [
+            (measured, f"its position is {COMMANDED}"),
             (dialect.stop, "it cannot be stopped: a move that began ends at its target"),
             (dialect.identity, "it cannot be asked who it is"),
             (dialect.state, f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do"),
         ]
-        return tuple(f"dialect {dialect.name}: {sentence}" for query, sentence in lacks if query is None)
+        return tuple(f"dialect {dialect.name}: {sentence}" for known, sentence in lacks if known is None)
 
 
 def miswritten_targets(codec: TableCodec, settings: DialectSettings) -> Miswritten:

@@ -22,7 +22,7 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
-from rig.description.device_settings import AxisSettings, Positive, WatchdogSeconds
+from rig.description.device_settings import COMMANDED, AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
 from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
 from rig.devices.targets import check_target, nearest_step, require_home
@@ -108,6 +108,9 @@ class MaestroSettings(AxisSettings):
     @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:
         return "sweeps"
+
+    def remarks(self) -> tuple[str, ...]:
+        return (f"the pulse that it reads back is {COMMANDED}",)
 
     def refuse_rate(self, name: str, rate_dps: float) -> None:
         refuse_speed(name, self, rate_dps)

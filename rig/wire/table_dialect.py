@@ -188,6 +188,8 @@ class Dialect(StrictTable):
     """Where replies end otherwise, or with a prompt: line ends before it are then taken off."""
     line: LineSettings = LineSettings()
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 2.0
+    position_is: Literal["measured", "commanded"] = "measured"
+    """``commanded``: it tells how far the motor was sent, not where the table stands; ``calrig check`` says so."""
     position_wraps: bool = False
     """Positions begin again after a turn."""
     still_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5

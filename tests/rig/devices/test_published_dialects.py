@@ -118,6 +118,8 @@ def test_a_head_of_this_dialect_is_homed_moved_and_found_at_rest(name: str) -> N
         assert any("cannot be stopped" in remark for remark in settings.remarks())
     else:
         axis.stop()
+    told = any("where it was sent, not where it stands" in remark for remark in settings.remarks())
+    assert told is (name in {"parker-6k", "newmark-nsc-a1"})  # TPC and PX count the pulses of the motor
 
 
 def test_the_line_is_that_of_the_dialect() -> None:

@@ -25,6 +25,7 @@ from rig.wire.indexing_table import (
 from rig.wire.table_dialect import load_dialect, published_dialects
 
 AT_REST, MOVING = TableState(False, True, None), TableState(True, True, None)
+PARKER_FAULT, PARKER_IN_ZONE = TableState(False, True, False, is_faulty=True), TableState(False, True, False)
 # Each line from the page; what the page calls memory is not here.
 FRAMES: list[tuple[str, Command, bytes, bytes, Reply]] = [
     ("newmark-nsc-a1", AskPosition(1), b"@01PX\r", b"12345", Position(1.2345)),
@@ -59,6 +60,11 @@ FRAMES: list[tuple[str, Command, bytes, bytes, Reply]] = [
         b"*1TAS1000_1000_0000_0000_0000_0000_0000_0000\r\n",
         TableState(True, True, True),
     ),
+    # EPICS drvPC6K.h, TAS_*, counted from 1: 12 stall detected, 13 drive shut down, 23 position error exceeded.
+    ("parker-6k", AskState(1), b"1TAS\r", b"*1TAS0000_0000_0001_0000_0000_0000_0000_0000\r\n", PARKER_FAULT),
+    ("parker-6k", AskState(1), b"1TAS\r", b"*1TAS0000_0000_0000_1000_0000_0000_0000_0000\r\n", PARKER_FAULT),
+    ("parker-6k", AskState(1), b"1TAS\r", b"*1TAS0000_0000_0000_0000_0000_0010_0000_0000\r\n", PARKER_FAULT),
+    ("parker-6k", AskState(1), b"1TAS\r", b"*1TAS0000_0000_0000_0000_0000_0001_0000_0000\r\n", PARKER_IN_ZONE),
 ]
 
 
