@@ -15,7 +15,7 @@ from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 TWIN_PORT = "twin"
 COMMANDED = (
-    "where it was sent, not where it stands: a motor that slips or stalls may read back as arrived; have a check sensor,"
+    "where it was sent, not where it stands: a motor that slips or stalls reads back as arrived; have a check sensor,"
     " an angle reference or reference visits that would show it"
 )
 """What a person should know of a read-back that nothing measures."""

@@ -18,6 +18,7 @@ from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
 from rig.devices.abilities import Axis, AxisState, Wait
 from rig.devices.cable import CableGuard
+from rig.devices.starting import TAKEN_UP_S
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
 
 STALL_S = 2.0
@@ -297,7 +298,10 @@ def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait
 
 
 def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, clock: Clock, wait: Wait) -> AxisState:
-    """Look until the axis is at rest; stop it when it stalls, takes too long, is at fault or a stop was asked for."""
+    """Look until the axis is at rest; stop it when it stalls, takes too long, is at fault or a stop was asked for.
+
+    At rest away from its target just after the start, it may not have taken it up: controllers tell of it late.
+    """
     started_s = progressed_s = clock.monotonic_s()
     look_s, last_deg = _FIRST_LOOK_S, None
     while True:
@@ -305,7 +309,9 @@ def _watch(axis: Axis, task: str, target_deg: float | None, limit_s: float, cloc
         state = _state_or_stop(axis)
         if state.fault:
             raise _stopped(axis, f"{task}: {state.fault}")
-        if not state.is_moving:
+        if not state.is_moving and (
+            target_deg is None or _has_arrived(axis, state, target_deg) or sent_s - started_s >= TAKEN_UP_S
+        ):
             return state
         if state.awaits_operator:
             started_s = progressed_s = clock.monotonic_s()

@@ -38,10 +38,11 @@ _LONGEST_LINE = 256
 
 @dataclass(frozen=True, slots=True)
 class TableTimes:
-    """How long the coupling takes."""
+    """How long the coupling takes, and the controller until it shows that a start was taken up."""
 
     lift_s: float = 0.5
     seat_s: float = 0.8
+    shows_s: float = 0.0
 
 
 class TableAxis:
@@ -54,14 +55,14 @@ class TableAxis:
         self._world = world
         self._travel_deg = travel_deg
         self._times = times
-        self._rest_from_s = -math.inf
+        self._shown_from_s = self._rest_from_s = -math.inf
         self._turns_until_s = -math.inf
         self._homed_from_s = math.inf
         self._lost_deg = 0.0
         """True table angle minus read-back: not 0 after the home was lost away from it."""
 
     def is_moving(self, now_s: float) -> bool:
-        return now_s < self._rest_from_s
+        return self._shown_from_s <= now_s < self._rest_from_s
 
     def state(self, now_s: float) -> TableState:
         at_rest = not self.is_moving(now_s)
@@ -116,6 +117,7 @@ class TableAxis:
         return "OFF INCREMENT" if abs(teeth - round(teeth)) > 1e-6 * max(1.0, abs(teeth)) else ""
 
     def _turn(self, target_deg: float, now_s: float) -> None:
+        self._shown_from_s = now_s + self._times.shows_s
         self._turns_until_s = self._world.rotate(self._body.name, target_deg, now_s + self._times.lift_s)
         self._rest_from_s = self._turns_until_s + self._times.seat_s
 

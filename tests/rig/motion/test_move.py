@@ -38,6 +38,19 @@ def test_a_move_takes_little_longer_than_the_machine() -> None:
     assert bench.clock.monotonic_s() - started_s == pytest.approx(0.5 + 18.0 + 0.8, abs=0.6)
 
 
+@pytest.mark.parametrize("shows_s", [0.005, 0.05, 0.15, 0.4])
+def test_a_controller_that_tells_late_of_a_start_is_sent_once(shows_s: float) -> None:
+    """EPICS waits 0.05 s behind a Parker 6K's GO: "Delay after START_MOTION before a status update is possible"."""
+    bench = _homed()
+    twin_axis = bench.twin.axes[1]
+    twin_axis._times = replace(twin_axis._times, shows_s=shows_s)
+    sent: list[float] = []
+    move = twin_axis.move
+    twin_axis.move = lambda target_deg, now_s: (sent.append(target_deg), move(target_deg, now_s))[1]  # type: ignore[method-assign]
+    assert _go(bench, 30.0) == 30.0
+    assert sent == [30.0]
+
+
 def test_an_axis_that_is_there_is_not_moved() -> None:
     bench = _homed()
     _go(bench, 30.0)
