@@ -4,6 +4,7 @@
 4 aborted by the operator.
 """
 
+from datetime import datetime
 from enum import IntEnum
 
 
@@ -39,6 +40,15 @@ class JournalError(ProcedureError):
     """The journal is damaged, of another version, or not a journal; it was left as it is."""
 
     exit_status = ExitStatus.WRONG_REQUEST
+
+
+class JournalTakenAway(JournalError):
+    """The journal of the run is not where the run was; the sentence says where what was saved of it is."""
+
+    def __init__(self, sentence: str, stopped_utc: datetime) -> None:
+        super().__init__(sentence)
+        self.stopped_utc = stopped_utc
+        """When the run ended by that."""
 
 
 class RunFailed(ProcedureError):

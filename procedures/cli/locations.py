@@ -13,6 +13,7 @@ from platformdirs import user_state_path
 
 from procedures.accounts.people import People
 from procedures.errors import RequestError
+from procedures.journal.taken_away import is_taken_away
 from rig.plain_text import hidden_complaint
 
 JOURNAL = "journal.sqlite"
@@ -26,7 +27,7 @@ def find_run(run: str, runs: Path) -> Path:
     for candidate in (Path(run), runs / run):
         if candidate.is_file() and candidate.name == JOURNAL:
             return candidate.parent
-        if (candidate / JOURNAL).exists():
+        if (candidate / JOURNAL).exists() or is_taken_away(candidate):
             return candidate
     held = sorted(path.parent for path in Path(run).glob(f"*/{JOURNAL}")) if Path(run).is_dir() else []
     if len(held) == 1:

@@ -14,6 +14,7 @@ from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun
 from procedures.journal.stop_advice import StopNumbers, held_before, next_step, numbers_of, of_damage
+from procedures.journal.taken_away import is_taken_away
 from procedures.journal.verdict_file import hindered_in, read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State, is_unasked, state_sentence
@@ -100,7 +101,9 @@ def _night_run(run: ListedRun, item: int | None, archive_url: str) -> NightRun:
             (),
             "",
             "",
-            f"its journal cannot be read: {run.trouble}; calrig salvage {shlex.quote(str(run.path.absolute()))}",
+            run.trouble
+            if is_taken_away(run.path)
+            else f"its journal cannot be read: {run.trouble}; calrig salvage {shlex.quote(str(run.path.absolute()))}",
         )
     try:
         with JournalReader.open(run.path) as reader:

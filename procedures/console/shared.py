@@ -19,6 +19,7 @@ from procedures.console.watched_run import RunPage, WatchedRun
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.taken_away import require_not_taken_away
 from rig.clock import Clock
 from rig.description.read import rig_from_json
 from rig.description.rig_file import RigDescription
@@ -73,7 +74,10 @@ class Console:
         """Return the folder of a run by its name there: no link, no other folder. Raises: HTTPException."""
         path = self.runs.folder / name
         is_plain = name not in ("", ".", "..") and not {"/", "\\", "\0"} & set(name) and not name.startswith(".")
-        if not is_plain or path.is_symlink() or not (path / JOURNAL_FILE).is_file():
+        if not is_plain or path.is_symlink():
+            raise HTTPException(404, "there is no such run")
+        require_not_taken_away(path)
+        if not (path / JOURNAL_FILE).is_file():
             raise HTTPException(404, "there is no such run")
         return path
 

@@ -6,6 +6,7 @@ from ams.archive.runs import list_runs
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.taken_away import require_not_taken_away
 
 
 def archived_run(run_id: str, archive_url: str) -> Path:
@@ -18,6 +19,7 @@ def archived_run(run_id: str, archive_url: str) -> Path:
     if not entries:
         raise RequestError(f"{run_id}: the archive has no such run; nothing was read; calrig archive list names them")
     folder = Path(entries[-1].folder)
+    require_not_taken_away(folder)
     if not (folder / JOURNAL_FILE).exists():
         raise RequestError(
             f"{run_id}: its journal is no longer in {folder}; nothing was read; give the folder that it was moved to"

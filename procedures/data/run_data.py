@@ -14,6 +14,7 @@ from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.taken_away import require_not_taken_away
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,7 @@ def read_run(path: str | Path, *, archive: str | None = None) -> RunData:
     """
     folder = Path(path) if archive is None else archived_run(str(path), archive)
     folder = folder.parent if folder.name == JOURNAL_FILE else folder
+    require_not_taken_away(folder)
     if not (folder / JOURNAL_FILE).exists():
         raise RequestError(f"{path}: no run is there: it holds no {JOURNAL_FILE}; give the folder of a run")
     with JournalReader.open(folder) as reader:

@@ -16,6 +16,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owning
 from procedures.journal.spool import words_complaint
 from procedures.journal.storage import JOURNAL_FILE
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.journal.voids import KIND, key_of, void_detail
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
@@ -186,6 +187,7 @@ def _void(
 
 @contextmanager
 def _owned_journal(run_dir: Path, clock: Clock) -> Iterator[Journal]:
+    require_not_taken_away(run_dir)  # told before anything is written there
     with owning(run_dir, clock):
         journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
         try:

@@ -21,6 +21,7 @@ from procedures.journal.line_figures import LineTally
 from procedures.journal.owner import is_owned
 from procedures.journal.standing import RunStatus, derived_state, end_at_the_latest, end_at_this_pace
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in
 from procedures.plan.plan import Expectation
@@ -113,6 +114,7 @@ class Follower:
 
     def poll(self) -> News:
         """Return what is new. Raises: JournalError."""
+        require_not_taken_away(self._run_dir)
         is_alive = is_owned(self._run_dir)  # asked first: what a dying owner wrote last is then read below
         events: tuple[Event, ...] = ()
         dwells: tuple[FollowedDwell, ...] = ()

@@ -29,6 +29,7 @@ from procedures.journal.storage import (
     require_our_schema,
     storage_errors_of,
 )
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from rig.clock import Clock
@@ -88,6 +89,7 @@ class Journal:
     @staticmethod
     def open_for_append(path: Path) -> "Journal":
         """Open an existing journal, after all of it was verified. Raises: JournalError, StorageFailed."""
+        require_not_taken_away(path.parent)
         require_journal_file(path)
         with JournalReader.open(path) as reader:
             reader.verify()

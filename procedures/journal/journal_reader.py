@@ -14,7 +14,8 @@ from procedures.errors import JournalError
 from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, is_event_whole
 from procedures.journal.header import RunHeader, sha256
 from procedures.journal.lost_events import LOST, first_unanswered
-from procedures.journal.storage import JOURNAL_FILE, CommittedCount, open_for_reading, storage_errors_of
+from procedures.journal.storage import JOURNAL_FILE, Committed, CommittedCount, open_for_reading, storage_errors_of
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in, voided_in
 from procedures.records.dwells import DwellRecord, Event
@@ -80,6 +81,7 @@ class JournalReader:
     @staticmethod
     def open(path: Path) -> "JournalReader":
         """Open a journal or the folder of a run. Raises: JournalError naming what is wrong with the file."""
+        require_not_taken_away(path.parent if path.name == JOURNAL_FILE else path)
         path = path / JOURNAL_FILE if path.is_dir() else path
         promised = CommittedCount(path).read()
         connection = open_for_reading(path)
@@ -262,15 +264,21 @@ class JournalReader:
             digest.update(event.encode())
         return digest.hexdigest()
 
-    def _require_committed(self, promised: tuple[int, int] | None) -> None:
+    def _require_committed(self, promised: Committed | None) -> None:
         if promised is None:
             return
+        if promised.run_id != self.header.run_id:
+            raise JournalError(
+                f"{self.path}: is the journal of run {self.header.run_id}, and what was committed in this folder was "
+                f"of run {promised.run_id}: it was replaced, or journal.count was; put back what belongs together"
+            )
         events = int(self._single_row("SELECT count(*) FROM events")[0])  # type: ignore[index]
         held = (events, self.committed_dwells())
-        if held[0] < promised[0] or held[1] < promised[1]:
+        if held[0] < promised.events or held[1] < promised.dwells:
             raise JournalError(
-                f"{self.path}: holds {held[1]} dwells and {held[0]} events, but {promised[1]} and {promised[0]} were "
-                f"committed; its file {self.path.name}-wal is missing or of another day; put it back beside the journal"
+                f"{self.path}: holds {held[1]} dwells and {held[0]} events, but {promised.dwells} and "
+                f"{promised.events} were committed; its file {self.path.name}-wal is missing or of another day; put it "
+                "back beside the journal"
             )
 
     def _verify_chain(self) -> list[Event]:

@@ -12,11 +12,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from procedures.errors import ExitStatus, ProcedureError
+from procedures.errors import ExitStatus, JournalTakenAway, ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
 from procedures.journal.standing import derived_state
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
+from procedures.journal.taken_away import is_taken_away, require_not_taken_away
 from procedures.records.states import State
 from rig.clock import Clock, SystemClock
 
@@ -96,6 +97,7 @@ class RunList:
         listed = []
         for path in self.paths():
             try:
+                require_not_taken_away(path)
                 is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
                 fingerprint = _fingerprint(path)
                 known = self._seen.get(path)
@@ -104,6 +106,10 @@ class RunList:
                 found[path] = known
             except FileNotFoundError:
                 continue  # removed meanwhile
+            except JournalTakenAway as error:
+                taken_away = _unreadable(path, None, str(error), error.exit_status)
+                listed.append(replace(taken_away, modified_utc=error.stopped_utc))
+                continue
             except OSError as error:
                 whose = ": it belongs to another account of this machine" if isinstance(error, PermissionError) else ""
                 trouble = f"{error.filename}: {error.strerror}{whose}"
@@ -118,7 +124,7 @@ class RunList:
         return tuple(path for path in self.paths() if _is_owned_for_all_we_know(path))
 
     def paths(self) -> tuple[Path, ...]:
-        """Return the folders that hold a journal, or may for all that this account is shown, by name."""
+        """Return the folders that hold a journal, held one, or may for all that this account is shown, by name."""
         try:
             found = list(self.folder.iterdir())
         except OSError:
@@ -132,7 +138,7 @@ class RunList:
 
 def _may_hold_a_run(path: Path) -> bool:
     try:
-        return (path / JOURNAL_FILE).exists()
+        return (path / JOURNAL_FILE).exists() or is_taken_away(path)
     except PermissionError:
         return True  # another account's: hidden it would look as if there were no run
 

@@ -32,6 +32,7 @@ from procedures.journal.storage import (
     require_our_schema,
     storage_errors_of,
 )
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, void_detail
 from procedures.records.states import State
@@ -75,6 +76,8 @@ def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
 
     Raises: JournalError where not even the header can be read or a journal is at the target, StorageFailed.
     """
+    if not source.exists() or not (source.is_file() or (source / JOURNAL_FILE).exists()):
+        require_not_taken_away(source.parent if source.name == JOURNAL_FILE else source)
     source = source / JOURNAL_FILE if source.is_dir() else source
     path = _free_name(target)
     require_journal_file(source)
@@ -338,4 +341,4 @@ def _promised(source: Path) -> int:
         count = CommittedCount(source).read()
     except JournalError:
         return 0
-    return 0 if count is None else count[0]
+    return 0 if count is None else count.events

@@ -11,6 +11,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import apsw
 
@@ -187,6 +188,14 @@ def storage_errors_of(path: Path) -> Iterator[None]:
         raise JournalError(f"{path}: is not a whole journal ({error}); it was left as it is") from None
 
 
+class Committed(NamedTuple):
+    """What was committed at least, and to the journal of which run."""
+
+    events: int
+    dwells: int
+    run_id: str
+
+
 class CommittedCount:
     """``journal.count``: run, events and dwells committed so far, overwritten in place after each commit."""
 
@@ -216,8 +225,8 @@ class CommittedCount:
                 f"{self.path}: cannot be written: {error.strerror}; free space or repair the disk, then resume the run"
             ) from error
 
-    def read(self) -> tuple[int, int] | None:
-        """(events, dwells) committed at least; None where there is no such file, or a power cut left it without its
+    def read(self) -> Committed | None:
+        """Return what was committed; None where there is no such file, or a power cut left it without its
         content. Raises: JournalError.
         """
         if self.path.exists() and not self.path.is_file():
@@ -225,7 +234,9 @@ class CommittedCount:
         try:
             text = self.path.read_text(encoding="utf-8").strip("\0")
             document = json.loads(text) if text else None
-            return None if document is None else (int(document["events"]), int(document["dwells"]))
+            if document is None:
+                return None
+            return Committed(int(document["events"]), int(document["dwells"]), str(document["run"]))
         except FileNotFoundError:
             return None
         except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:

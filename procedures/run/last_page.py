@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from procedures.journal.last_words import LastWords, keep_last_words
+from procedures.journal.taken_away import TakenAway, keep_taken_away
 from procedures.records.states import State
 from procedures.run.ending import Outcome
 from procedures.run.services import RunServices
@@ -24,6 +25,9 @@ def leave_last_page(outcome: Outcome, folder: Path, services: RunServices, clock
         page = explain(
             folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause, journal_in=outcome.copy
         )
+        if outcome.is_journal_away:
+            taken = TakenAway(outcome.reason, clock.now_utc(), outcome.copy, page)
+            keep_taken_away(folder, second_folder, taken)
         if page is not None and page.parent != folder:
             outcome = replace(outcome, reason=f"{outcome.reason}; the page that tells of it is {page}")
     if is_on_record:

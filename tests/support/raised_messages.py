@@ -9,6 +9,7 @@ ERRORS = (
     "JournalError",
     "StorageFailed",
     "JournalReplaced",
+    "JournalTakenAway",
     "ChamberFault",
     "DeviceFault",
     "GuardLost",

@@ -22,7 +22,7 @@ from procedures.cli.options import (
 from procedures.cli.output import note as tell
 from procedures.cli.output import say
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
-from procedures.errors import ExitStatus, RequestError
+from procedures.errors import ExitStatus, JournalTakenAway, RequestError
 from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
 from procedures.journal.corrections import (
     TAKES_BACK,
@@ -39,6 +39,7 @@ from procedures.journal.owner import is_owned
 from procedures.journal.salvage import salvage as rescue
 from procedures.journal.second_folder import second_folder
 from procedures.journal.spool import ask
+from procedures.journal.taken_away import require_not_taken_away
 from procedures.records.dwells import DwellRecord
 from procedures.run.handover import handover as page
 
@@ -86,7 +87,8 @@ def ack(
     by = person_named(operator)
     try:
         folder = alive_or_latest(run, out)
-    except RequestError:
+        require_not_taken_away(folder)
+    except (RequestError, JournalTakenAway):
         if run is None or not is_known_elsewhere(name := Path(run).name):
             raise
         keep_acknowledgement(name, by, text, datetime.now(UTC))

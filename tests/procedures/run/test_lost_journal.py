@@ -13,8 +13,9 @@ from command import call
 from job_files import job, simulated
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import UnattendedRun, asks, run_unattended
+from visited_console import Visited
 
-from procedures.errors import ExitStatus
+from procedures.errors import ExitStatus, JournalError, JournalTakenAway
 from procedures.journal.alert_record import is_acknowledged_elsewhere
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.second_folder import second_folder
@@ -232,3 +233,80 @@ def test_its_alarm_is_acknowledged_by_the_name_of_the_run(
     said = call(capsys, "ack", tmp_path / "run", "I have it", "--out", tmp_path / "none")
     assert said.status == 0, said.err
     assert is_acknowledged_elsewhere("run")
+
+
+LOOKS = [["status"], ["resume", "--operator", "anna", "--reason", "on"], ["solve"], ["handover"], ["attach"], ["data"],
+         ["close", "--operator", "anna", "--reason", "over"]]  # fmt: skip
+
+
+@pytest.mark.parametrize("how", ["all removed", "overwritten by another run's", "the folder removed"])
+def test_whoever_looks_at_the_run_is_told_of_its_page_and_its_copy(
+    small: Bench, clean: Path, tmp_path: Path, how: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Also where what stands there now is a whole journal: it is another run's."""
+    run_dir = tmp_path / "runs" / "run"
+    run_dir.parent.mkdir()
+    outcome, _ = _run_while(small, run_dir, clean, TAKEN[how][0])
+    (page,) = [*run_dir.rglob("why.html"), *second_folder().rglob("why.html")]
+    for words in LOOKS:
+        said = call(capsys, words[0], run_dir, *words[1:])
+        assert said.status == ExitStatus.WRONG_REQUEST, words
+        told = "".join(said.err.split())
+        for path in (run_dir, outcome.copy, page):
+            assert str(path) in told, words
+        assert "".join(TAKEN[how][1].split()) in told, words
+    if run_dir.exists():
+        listed = call(capsys, "status", "--all", "--out", run_dir.parent)
+        assert (listed.status, f"calrig resume {outcome.copy}" in listed.out) == (ExitStatus.WRONG_REQUEST, True)
+        assert str(page) in listed.out
+    assert status(outcome.copy or run_dir).state is State.INTERRUPTED, "the copy is read as it stands"
+
+
+def test_the_console_names_page_and_copy_of_a_run_whose_journal_is_gone(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    visited = Visited(tmp_path)
+    run_dir = tmp_path / "runs" / "run"
+    outcome, _ = _run_while(small, run_dir, clean, _remove("", "-wal", "-shm"))
+    browser = visited.enter()
+    shown = browser.get("/run/run"), browser.get("/"), browser.get("/night")
+    for page in shown:
+        assert f"calrig resume {outcome.copy}" in page.text, page.url
+        assert str(run_dir / "why.html") in page.text, page.url
+    assert shown[0].status_code == 500
+
+
+def test_who_wants_what_stands_there_all_the_same_removes_the_word_that_was_left(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    """As after a journal was put back by hand; a copy that takes the place of the folder needs nothing."""
+    outcome, _ = _run_while(small, tmp_path / "run", clean, _remove("", "-wal", "-shm"))
+    assert outcome.copy is not None
+    with pytest.raises(JournalTakenAway, match=r"remove .*taken-away\.json"):
+        status(tmp_path / "run")
+    shutil.copyfile(outcome.copy / JOURNAL_FILE, tmp_path / "run" / JOURNAL_FILE)
+    (tmp_path / "run" / "taken-away.json").unlink()
+    assert status(tmp_path / "run").state is State.INTERRUPTED
+    outcome.copy.rename(tmp_path / "elsewhere")
+    assert status(tmp_path / "elsewhere").state is State.INTERRUPTED
+
+
+def test_a_folder_that_was_moved_and_is_put_back_is_read(small: Bench, clean: Path, tmp_path: Path) -> None:
+    run_dir = tmp_path / "run"
+    outcome, _ = _run_while(small, run_dir, clean, lambda journal, _: journal.parent.rename(tmp_path / "away"))
+    assert (outcome.cause, outcome.copy) == ("moved", None)
+    with pytest.raises(JournalTakenAway, match="name that folder"):
+        status(run_dir)
+    (tmp_path / "away").rename(run_dir)
+    assert status(run_dir).state is State.INTERRUPTED
+
+
+def test_a_journal_of_another_run_than_was_committed_there_is_refused(
+    small: Bench, clean: Path, tmp_path: Path
+) -> None:
+    """Where the run ended otherwise before it noticed: its count tells whose the folder is."""
+    shutil.copytree(clean, tmp_path / "run")
+    small.run(tmp_path / "other")
+    shutil.copyfile(tmp_path / "other" / JOURNAL_FILE, tmp_path / "run" / JOURNAL_FILE)
+    with pytest.raises(JournalError, match=r"is the journal of run .*committed in this folder was of run"):
+        status(tmp_path / "run")
