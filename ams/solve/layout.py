@@ -82,6 +82,17 @@ class Layout:
             if not here.all()
         }
 
+    def without_a_common_point(self) -> tuple[int, ...]:
+        """Return the labels of the replications that no chain of common points joins to the first."""
+        if self.is_complete or self.replications == 1:
+            return ()
+        present = np.zeros((self.replications, self.points), dtype=bool)
+        present[self.replication, self.point] = True
+        joined = np.arange(self.replications) == 0
+        while (reached := present[:, present[joined].any(axis=0)].any(axis=1)).sum() > joined.sum():
+            joined = reached
+        return tuple(np.array(self.replication_labels)[~joined].tolist())
+
     def block(self, values: NDArray[Any]) -> NDArray[Any] | None:
         """Return the (K, …) values of one replication where (N, …) values are the same in each, one below the other.
 
@@ -131,7 +142,7 @@ def layout_of(observations: Observations) -> Layout:
     """Sort the labels out.
 
     Raises:
-        ObservationsError: there are no rows, or a (replication, point) pair stands twice.
+        ObservationsError: there are no rows, a (replication, point) pair stands twice, or replications share no point.
     """
     if observations.rows == 0:
         raise ObservationsError(f"{observations.source}: no rows: nothing to solve; measure at least one replication")
@@ -141,6 +152,14 @@ def layout_of(observations: Observations) -> Layout:
             f"{observations.source}: replication {layout.replication_labels[twice // layout.points]}, "
             f"point {layout.point_labels[twice % layout.points]} stands more than once; allowed once; "
             "nothing was solved; remove the repeated row or give it a point label of its own"
+        )
+    if apart := layout.without_a_common_point():
+        named = f"replication{'s' * (len(apart) > 1)} {', '.join(map(str, apart))}"
+        raise ObservationsError(
+            f"{observations.source}: {named} and replication {layout.replication_labels[0]} have no point in common, "
+            "nor through another replication: what drifts between them cannot be told from what differs between "
+            "points; nothing was solved; give the same attitude the same number in column point of every replication, "
+            "or, where they measured different attitudes, write them as one replication"
         )
     return layout
 

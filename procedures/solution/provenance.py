@@ -36,7 +36,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         gravity_mps2=gravity.value_mps2,
         gravity_source=gravity.source,
         gravity_uncertainty_mps2=gravity.standard_uncertainty_mps2,
-        pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
+        pitch_range_deg=pitch_range_deg(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(solved),
         rate_range_dps=_rate_range(solved),
@@ -104,14 +104,29 @@ def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]
 def roll_range_deg(values_deg: FloatArray) -> tuple[float, float]:
     """Return the span of the roll angles; all round where they go round.
 
-    Angles from −180° to 150° in steps of 30° leave no larger gap behind the last than between two of them: what lies in
-    that gap is as well covered as what lies in any other. Three angles at least, since less tell no sine and cosine.
+    The span is what the widest gap of the circle leaves, however the angles are counted: 320° to 40° is −40° to 40°, and
+    one across 180° ends above it. Angles in steps of 30° all round leave no wider gap than the others: what lies in it
+    is as well covered as what lies in any other. Three angles at least, since less tell no sine and cosine.
     """
-    low, high = _range(values_deg)
-    angles_deg = np.unique(values_deg)
-    widest_deg = float(np.diff(angles_deg).max(initial=0.0)) * ROUND_WITHIN
-    goes_round = 360.0 - (high - low) <= min(widest_deg, LARGEST_STEP_DEG * ROUND_WITHIN)
-    return (-180.0, 180.0) if goes_round else (low, high)
+    angles_deg = np.unique(np.round(_wrapped_deg(values_deg), 9))
+    gaps_deg = np.diff(angles_deg, append=angles_deg[0] + 360.0)
+    last = int(gaps_deg.argmax())
+    if gaps_deg[-1] * ROUND_WITHIN >= gaps_deg[last]:
+        last = angles_deg.size - 1
+    widest_deg = float(np.delete(gaps_deg, last).max(initial=0.0)) * ROUND_WITHIN
+    if gaps_deg[last] <= min(widest_deg, LARGEST_STEP_DEG * ROUND_WITHIN):
+        return -180.0, 180.0
+    low_deg = float(angles_deg[(last + 1) % angles_deg.size])
+    return low_deg, round(low_deg + 360.0 - float(gaps_deg[last]), 9)
+
+
+def pitch_range_deg(values_deg: FloatArray) -> tuple[float, float]:
+    """Return the span of pitch or yaw angles, counted within ±180° as they are inferred: 350° is −10°."""
+    return _range(_wrapped_deg(values_deg))
+
+
+def _wrapped_deg(values_deg: FloatArray) -> FloatArray:
+    return np.where(np.abs(values_deg) > 180.0, (values_deg + 180.0) % 360.0 - 180.0, values_deg)
 
 
 def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
@@ -119,7 +134,7 @@ def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:
     yaw_rad = solved.observations.yaw_rad
     if yaw_rad is None or solved.calibration is None or solved.calibration.convention == "TP":
         return None
-    return _range(np.rad2deg(yaw_rad))
+    return pitch_range_deg(np.rad2deg(yaw_rad))
 
 
 def _rate_range(solved: SolvedSensor) -> tuple[float, float] | None:

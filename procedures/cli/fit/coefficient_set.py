@@ -20,7 +20,7 @@ from ams.sets.coefficients import build_set
 from ams.sets.provenance import NO_GRAVITY_STATED, Provenance, Standard, level_ranges
 from ams.sets.stated_findings import DAY_NOT_KNOWN
 from procedures.errors import RequestError
-from procedures.solution.provenance import declared_tables, roll_range_deg, standards_pointed_to
+from procedures.solution.provenance import declared_tables, pitch_range_deg, roll_range_deg, standards_pointed_to
 from procedures.solution.type_b import gravity_of
 from rig.description.rig_file import RigDescription
 
@@ -125,7 +125,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         gravity_mps2=gravity.value_mps2,
         gravity_source=gravity.source,
         gravity_uncertainty_mps2=gravity.standard_uncertainty_mps2,
-        pitch_range_deg=_range(np.rad2deg(rows.pitch_rad)),
+        pitch_range_deg=pitch_range_deg(np.rad2deg(rows.pitch_rad)),
         roll_range_deg=roll_range_deg(np.rad2deg(rows.roll_rad)),
         yaw_range_deg=_yaw_range(rows, calibration),
         rate_range_dps=rates,
@@ -144,7 +144,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
 
 
 def _yaw_range(rows: Observations, calibration: Calibration) -> tuple[float, float] | None:
-    return None if rows.yaw_rad is None or calibration.convention == "TP" else _range(np.rad2deg(rows.yaw_rad))
+    return None if rows.yaw_rad is None or calibration.convention == "TP" else pitch_range_deg(np.rad2deg(rows.yaw_rad))
 
 
 def _range(values: NDArray[Any]) -> tuple[float, float]:

@@ -1,5 +1,6 @@
 """The whole calibration: recovery, what is refused, what is null, what is said."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 
 from ams.analysis.predictions import model_of_solution
+from ams.arrays import IntArray
 from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.request import CalibrationRequest, select_rows
@@ -204,6 +206,35 @@ def test_a_repeated_row_is_refused() -> None:
     point[5] = 7
     with refused(r"replication 1, point 7 stands more than once"):
         calibrate(replace(observations, point=point), CalibrationRequest(extended="no"))
+
+
+def _labelled(replications: int, label: Callable[[IntArray, IntArray], IntArray]) -> Observations:
+    """Replications 1 to n of points 1 to K, the points labelled anew."""
+    observations = observe(Campaign(replications=replications))
+    return replace(observations, point=label(observations.replication, observations.point))
+
+
+@pytest.mark.parametrize(
+    ("replications", "label", "apart"),
+    [
+        (3, lambda replication, point: 1000 * replication + point, "replications 2, 3 and replication 1"),
+        (4, lambda replication, point: 1000 * (replication % 2) + point, "replications 2, 4 and replication 1"),
+    ],
+    ids=["rows numbered through the file", "two nights of one half each"],
+)
+def test_replications_without_a_common_point_are_refused(
+    replications: int, label: Callable[[IntArray, IntArray], IntArray], apart: str
+) -> None:
+    with refused(f"{apart} have no point in common, nor through another"):
+        calibrate(_labelled(replications, label), CalibrationRequest(extended="no"))
+
+
+def test_replications_may_be_joined_by_a_third() -> None:
+    """Replication 2 has the points of 1 under other numbers, replication 3 half of each."""
+    rows = _labelled(
+        3, lambda replication, point: 1000 * ((replication == 2) | ((replication == 3) & (point > 9))) + point
+    )
+    assert calibrate(rows, CalibrationRequest(extended="no")).axes
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
