@@ -225,7 +225,8 @@ def _by_replication(evidence: Evidence, left: FloatArray, taken: FloatArray) -> 
     whole = np.count_nonzero(is_there, axis=1) >= _MEASURED * layout.points
     for values, here in zip(grid, is_there, strict=True):
         values[here] -= taken[here] @ np.linalg.lstsq(taken[here], values[here], rcond=None)[0]
-    return np.asarray(grid[whole] - grid[whole].mean(axis=0))
+    measured = grid[whole]
+    return np.asarray(measured - measured.sum(axis=0) / max(measured.shape[0], 1))
 
 
 @remembered(16)

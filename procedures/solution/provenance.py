@@ -104,8 +104,8 @@ def _range(values: np.ndarray[Any, np.dtype[np.float64]]) -> tuple[float, float]
 def roll_range_deg(values_deg: FloatArray) -> tuple[float, float]:
     """Return the span of the roll angles; all round where they go round.
 
-    The span is what the widest gap of the circle leaves, however the angles are counted: 320° to 40° is −40° to 40°, and
-    one across 180° ends above it. Angles in steps of 30° all round leave no wider gap than the others: what lies in it
+    The span is what the widest gap of the circle leaves, however angles are counted: 320° to 40° is −40° to 40°, and
+    one across 180° ends above it. Angles in steps of 30° all round leave no gap wider than the others: what lies in it
     is as well covered as what lies in any other. Three angles at least, since less tell no sine and cosine.
     """
     angles_deg = np.unique(np.round(_wrapped_deg(values_deg), 9))
