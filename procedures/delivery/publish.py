@@ -1,8 +1,10 @@
 """A solved run into the archive: the run as a row, its sensors with their rows, and who answers for what expired."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 
+from ams.archive.dated_ahead import archived_ahead
 from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
 from ams.errors import ArchiveError, ArchiveUnknown
@@ -81,8 +83,14 @@ def run_entry(folder: Path, record: RunRecord) -> RunEntry:
     )
 
 
-def history_findings(archive_url: str, published: PublishedRun) -> Iterator[str]:
-    """Yield what each sensor's history finds of the calibration that was published just now, a sentence each."""
+def history_findings(archive_url: str, published: PublishedRun, now_utc: datetime) -> Iterator[str]:
+    """Yield what each sensor's history finds of the calibration that was published just now, a sentence each; before
+    that which of the sensor's sets are dated after ``now_utc``.
+    """
+    try:
+        yield from archived_ahead(archive_url, [publication.sensor for publication in published.publications], now_utc)
+    except ArchiveError as error:
+        yield str(error)
     for publication in published.publications:
         try:
             found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()

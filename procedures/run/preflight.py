@@ -58,6 +58,8 @@ class Preflight:
     """What a run would not leave because a library is not installed."""
     certificate: tuple[str, ...] = ()
     """What a certificate of the result would lack, as far as the files tell; empty without a plan."""
+    dated_ahead: tuple[str, ...] = ()
+    """Which sets of the rig's sensors the archive holds that are dated in the future."""
 
 
 def preflight(

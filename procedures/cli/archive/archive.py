@@ -7,6 +7,7 @@ from pathlib import Path
 from cyclopts import App
 
 from ams.archive.connection import migrate as migrate_archive
+from ams.archive.dated_ahead import archived_ahead
 from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list
 from ams.archive.histories import history as history_of
 from ams.archive.refusals import without_password
@@ -19,6 +20,7 @@ from ams.archive.signatures import accept as accept_finding
 from ams.archive.signatures import release as release_set
 from ams.archive.signatures import sign as sign_set
 from ams.archive.signatures import sign_off, verify_archive
+from ams.sets.dated_ahead import ahead_of_clock
 from ams.surveillance.compare import compare as compare_sets
 from ams.whole_file import write_whole
 from procedures.cli.archive.identity import IDENTIFIED_BY_NAME, signer
@@ -102,7 +104,7 @@ def list_(
         print_json({"archive": without_password(url), "sets": sets})
         return
     say(f"{len(rows)} {'set' if len(rows) == 1 else 'sets'} in {without_password(url)}")
-    for line in set_lines(rows, conditions):
+    for line in set_lines(rows, conditions, datetime.now(UTC)):
         say(line)
 
 
@@ -134,6 +136,8 @@ def due(
         entries = [{**plain(asdict(item)), "days_left": item.days_left(today)} for item in found]
         print_json({"archive": without_password(url), "due": entries})
         return
+    for sentence in archived_ahead(url, [item.name for item in known if item.kind == "sensor"], datetime.now(UTC)):
+        note(sentence)
     for line in due_lines(found, today, are_known=bool(known)):
         say(line)
 
@@ -171,6 +175,8 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     url = archive_url(archive)
     found = show_set(url, key)
     signed = sign_off(url, found.sha256)
+    for sentence in ahead_of_clock([found], datetime.now(UTC)):
+        note(sentence)
     if json:
         _note_withdrawal(found.sensor, signed)
         print_json(found.document)
@@ -224,13 +230,14 @@ def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None
         Draw the charts into this SVG file.
     """
     require_folder_of(plot, "--plot")
-    found = history_of(archive_url(archive), sensor)
+    url = archive_url(archive)
+    found, ahead = history_of(url, sensor), archived_ahead(url, [sensor], datetime.now(UTC))
     if plot is not None:
         write_whole(plot, history_figure(found).svg)
     if json:
-        print_json(plain(asdict(found)))
+        print_json(plain(asdict(found)) | {"dated_ahead": list(ahead)})
     else:
-        for line in history_lines(found):
+        for line in (*history_lines(found), *ahead):
             say(line)
         if plot is not None:
             say(f"charts       {plot}")

@@ -1,11 +1,14 @@
 """``calrig archive export``: a set of the archive for another system."""
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 from ams.archive.signatures import set_to_use
 from ams.exports.formats import format_named
+from ams.sets.dated_ahead import ahead_of_clock
 from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, require_folder_of
+from procedures.cli.output import note
 from procedures.cli.results.export import ToFormat, tell_export
 
 
@@ -24,5 +27,7 @@ def export(key: str, /, *, to: ToFormat, out: Path | None = None, archive: Archi
     require_folder_of(out, "--out")
     wanted = format_named(to, key)
     found = set_to_use(archive_url(archive), key)
+    for sentence in ahead_of_clock([found], datetime.now(UTC)):
+        note(sentence)
     found.check_vectors(f"archive: set {found.sha256[:12]}")
     tell_export(found, to, out or Path(wanted.file_name(found.sensor)), json=json)

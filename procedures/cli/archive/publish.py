@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ams.archive.dated_ahead import archived_ahead
 from ams.archive.refusals import without_password
 from ams.archive.runs import Override
 from ams.archive.sets import Publication, list_sets
@@ -74,7 +75,7 @@ def publish(
         say(_outcome(publication, gone, shown))
         for line in adjustment_lines(published.adjustments.get(publication.sensor)):
             say(f"  {line}")
-    for finding in history_findings(url, published):
+    for finding in history_findings(url, published, SystemClock().now_utc()):
         say(f"look at this: {finding}")
 
 
@@ -99,6 +100,8 @@ def _publish_file(file: Path, archive: str | None, *, is_answered_for: bool, jso
         print_json({"archive": without_password(url), "sets": [_entry(publication, gone)], "adjustments": {}})
         return
     say(_outcome(publication, gone, without_password(url)))
+    for sentence in archived_ahead(url, [publication.sensor], SystemClock().now_utc()):
+        say(f"look at this: {sentence}")
 
 
 def _withdrawn(url: str, publications: Sequence[Publication]) -> dict[str, Withdrawal]:

@@ -11,6 +11,7 @@ from ams.archive.run_search import FoundRun
 from ams.archive.sets import ArchivedSet
 from ams.archive.sign_offs import AcceptedFinding, SignOff
 from ams.parameter_words import words_of
+from ams.sets.dated_ahead import is_dated_ahead
 from ams.sets.stated_verdict import NOT_USABLE
 from ams.surveillance.adjustment import Adjustment, Condition
 from ams.surveillance.check_chart import LEAST_DIFFERENCES, CheckHistory
@@ -43,7 +44,7 @@ def status_in_words(status: str, standing: str, *, is_signed: bool) -> str:
     return "by an approved rig, not signed" if status == "approved" and not is_signed else standing
 
 
-def set_lines(rows: Sequence[ArchivedSet], conditions: Mapping[str, str]) -> Iterator[str]:
+def set_lines(rows: Sequence[ArchivedSet], conditions: Mapping[str, str], now_utc: datetime) -> Iterator[str]:
     """Yield a line for each archived set; ``conditions``: checksum to what its verdict is without."""
     for row in rows:
         head, simulated = f"{row.sha256[:12]}  {row.sensor:<16} {at_both(row.created_utc)}  {row.model}", row.simulated
@@ -57,6 +58,8 @@ def set_lines(rows: Sequence[ArchivedSet], conditions: Mapping[str, str]) -> Ite
         without = "" if row.verdict == NOT_USABLE else conditions.get(row.sha256, "")
         judged += f", verdict {row.verdict}{without}" if row.verdict is not None else ""
         judged += ", in quarantine" if row.quarantine else ""
+        is_ahead = not row.simulated and is_dated_ahead(row.created_utc, now_utc)
+        judged += ", dated in the future by the clock of this computer" if is_ahead else ""
         yield f"{head}, {stamp}{judged}"
 
 

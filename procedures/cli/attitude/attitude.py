@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,7 @@ from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles
 from ams.inference.standing_outputs import StandingOutputs, can_stand
 from ams.inference.watched_axes import Stretch, watch_of, watched_axes
+from ams.sets.dated_ahead import ahead_of_clock
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
@@ -204,9 +206,10 @@ def _assumptions(
 
 
 def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
-    """Yield of every set that is not usable that it is not, once."""
+    """Yield of every set that is not usable that it is not, once, and of one that is dated in the future that it is."""
     sets = {used.coefficients.sha256: used.coefficients for used in packages}
     yield from (coefficients.doubt for coefficients in sets.values() if coefficients.doubt is not None)
+    yield from ahead_of_clock(sets.values(), datetime.now(UTC))
 
 
 def _remarks_on_rows(

@@ -1,11 +1,14 @@
 """``calrig check``: is the rig file right, can the procedure be done, how long and how well. Opens no port."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
+from ams.archive.dated_ahead import archived_ahead
+from ams.errors import ArchiveError
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
@@ -102,7 +105,15 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
 
 
 def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None) -> Preflight:
-    return preflight(rig, described, plan, out, datetime.now(UTC), archive_url=shared_archive_url(archive))
+    now_utc = datetime.now(UTC)
+    before = preflight(rig, described, plan, out, now_utc, archive_url=shared_archive_url(archive))
+    if described.is_simulated:
+        return before
+    try:
+        ahead = archived_ahead(archive_of(out, archive, is_simulated=False), described.sensors, now_utc)
+    except ArchiveError as error:
+        ahead = (str(error),)
+    return replace(before, dated_ahead=ahead)
 
 
 def _document_of(before: Preflight) -> dict[str, Any]:
@@ -112,6 +123,7 @@ def _document_of(before: Preflight) -> dict[str, Any]:
         "unguarded": list(before.unguarded),
         "guarded": list(before.guarded),
         "undelivered": list(before.undelivered),
+        "dated_ahead": list(before.dated_ahead),
         "certificate_gaps": list(before.certificate),
     }
 
@@ -121,7 +133,7 @@ def _tell(before: Preflight, json: bool) -> int:
     if not json:
         for sentence in before.engineering:
             say_paragraph(f"engineering result: {sentence}")
-        for sentence in (*before.unguarded, *before.guarded):
+        for sentence in (*before.unguarded, *before.guarded, *before.dated_ahead):
             say_paragraph(sentence)
         for sentence in before.undelivered:
             say_paragraph(f"will not be delivered: {sentence}")

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,8 @@ from ams.errors import ArchiveError
 from ams.findings import Finding
 
 NOW = datetime(2026, 6, 1, tzinfo=UTC)
+LATER = NOW + timedelta(days=365)
+"""When nothing that these tests publish is dated ahead."""
 TABLES = ("sets", "coefficients", "points", "runs", "standards", "uses", "adjustments", "records")
 
 
@@ -132,7 +134,7 @@ def test_two_publishers_at_once_lose_nothing_and_find_each_other(archive: Any) -
 
 PUBLISH_UNTIL_KILLED = """
 import sys
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 sys.path.insert(0, sys.argv[2])
 from archived_runs import a_run, a_sensor
 from ams.archive.runs import publish_run
@@ -194,9 +196,9 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
 
     for day in range(0, 250, 50):
         sensors = [a_sensor(day), a_sensor(day, "SN2", gain=1.01)]
-        assert not list(history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW)))
+        assert not list(history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW), LATER))
     mixed = [a_sensor(250, "SN1", gain=1.01), a_sensor(250, "SN2")]
-    found = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW)))
+    found = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW), LATER))
     assert len(found) == 2
     assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in found[0]
 
@@ -205,7 +207,7 @@ def test_of_a_set_in_quarantine_no_history_is_missed(archive: Any) -> None:
     from procedures.delivery.publish import history_findings
 
     alone = publish_run(archive.url, a_run(0), [turned(a_sensor(0, "SN9"))], NOW)
-    assert list(history_findings(archive.url, alone)) == []
+    assert list(history_findings(archive.url, alone, NOW)) == []
 
 
 def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:
