@@ -55,6 +55,8 @@ class StreamTiming:
     """Gaps of unknown length, and lines that were no sample."""
     first_gap: str
     """Where and why; empty where there is none."""
+    rate_error: float = 0.0
+    """Samples a second by rig time over those that the rig file states, less one; 0 where nothing tells."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,8 @@ from procedures.run.dwell.stream_recorder import Recording
 
 PIECES, FEWEST_PIECES = 24, 4
 POLLS_A_PIECE = 8
+KNOWN_DRIFT = 2e-3
+"""A drift of the device's clock counts where its standard uncertainty is no larger."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,21 @@ def timing(recording: Recording, alignment: Alignment) -> StreamTiming:
         doubled=sum(gap.missing == 0 for gap in gaps),
         doubtful=sum(gap.missing is None for gap in gaps),
         first_gap="" if first is None else f"before sample {first.at}: {first.why}",
+        rate_error=_rate_error(recording, alignment),
     )
+
+
+def _rate_error(recording: Recording, alignment: Alignment) -> float:
+    """Return how far samples come faster than the rig file states, by rig time, as a part of it.
+
+    Where the poll times do not tell the drift of the device's clock, that clock is believed.
+    """
+    if recording.samples < FEWEST_PIECES:
+        return 0.0
+    intervals = recording.samples - 1 + sum(gap.missing or 0 for gap in recording.gaps)
+    drift = alignment.drift if alignment.drift_uncertainty <= KNOWN_DRIFT else 0.0
+    took_s = float(recording.device_s[-1] - recording.device_s[0]) * (1.0 + drift)
+    return intervals / took_s / recording.rate_hz - 1.0 if took_s > 0.0 else 0.0
 
 
 def _least(device_s: FloatArray, delays_s: FloatArray) -> IntArray:

@@ -203,8 +203,9 @@ def _until_turned(
         ]  # fmt: skip
         if turned_deg >= whole_deg and not wanting:
             return
-        if turned_deg > at_most_deg and not wanting:
-            raise watch.fault(f"turned by {turned_deg:.1f}°, {whole_deg:g}° were asked for")
+        if turned_deg > at_most_deg:
+            waited = f"; {', '.join(wanting)} had not sent its samples: look at its rate_hz" if wanting else ""
+            raise watch.fault(f"turned by {turned_deg:.1f}°, {whole_deg:g}° were asked for{waited}")
         if here.taken_s - began.taken_s > at_most_s:
             raise watch.fault(f"after {at_most_s:g} s turned by {turned_deg:.1f}° of {whole_deg:g}°")
         left_s = (whole_deg - turned_deg) / abs(motion.rate_dps)
@@ -358,4 +359,5 @@ def _worst(recordings: list[Recording]) -> StreamTiming:
         sum(timing.doubled for timing in timings),
         sum(timing.doubtful for timing in timings),
         next((timing.first_gap for timing in timings if timing.first_gap), ""),
+        max((timing.rate_error for timing in timings), key=abs),
     )

@@ -43,6 +43,8 @@ SLOPE_FALSE_ALARM = 1e-5
 NOISE_FALSE_ALARM = 1e-5
 STUCK_FALSE_ALARM = 1e-7
 EPSILON = float(np.finfo(float).eps)
+LARGEST_RATE_ERROR = 0.01
+"""Of a stream: quartz keeps its rate a hundred times better."""
 SETTLED_DEGREES = 30
 """Of the reference, for the least that a line must rise: beside the line's own test it needs no better."""
 FEWEST_SAMPLES_STUCK = 5
@@ -164,6 +166,11 @@ def _stream(timing: StreamTiming) -> Iterable[str]:
     losses = ", ".join(f"{count} {what}" for what, count in lost.items() if count)
     if losses:
         yield f"{timing.stream}: of {timing.samples} samples {losses} ({timing.first_gap}), allowed none"
+    elif abs(timing.rate_error) > LARGEST_RATE_ERROR + 2.0 / timing.samples:
+        yield (
+            f"{timing.stream}: samples come {1.0 + timing.rate_error:.4g} times as fast as the rig file states, "
+            f"allowed within {LARGEST_RATE_ERROR:.0%}; correct streams.{timing.stream}: rate_hz, or the device"
+        )
 
 
 def _recorded(reading: ChannelReading, noise: NoiseReference) -> Iterable[str]:

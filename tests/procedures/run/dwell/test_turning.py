@@ -11,11 +11,13 @@ from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from procedures.run.dwell.measure import Announcement
-from procedures.run.dwell.turning import turn
+from procedures.run.dwell.stream_recorder import Recorder
+from procedures.run.dwell.turning import LOOK_S, SPARE_TURNS, turn
 from rig.assembly.open_rig import open_rig
 from rig.description.fault_plan import FaultPlan, FaultRule
 from rig.errors import WaitEnded
 from rig.motion.move import home_and_arrive
+from rig.twins.csv_imu import CsvImuTwin
 
 ONE_AXIS = {
     r"replications = 4": "replications = 1",
@@ -79,6 +81,40 @@ def test_fault_53_a_runaway_is_decelerated_within_seconds(tmp_path: Path) -> Non
     assert "decelerate to rest" in outcome.reason
     rested_deg = outcome.positions_deg["roll"]
     assert rested_deg < 40.0 * 5.0 + 45.0 * 3.0 + 50.0**2 / 80.0  # seen within 3 s, then its own brake
+
+
+def test_an_axis_does_not_turn_on_for_a_stream_that_is_slow(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a board that falls behind, a fifth of the samples are here when the revolution is whole."""
+    samples = Recorder.samples
+    monkeypatch.setattr(Recorder, "samples", lambda recorder, name: samples(recorder, name) // 5)
+    outcome = _roll(tmp_path).run(tmp_path / "run")
+    assert outcome.state is State.TRIPPED
+    assert "360° were asked for; logger had not sent its samples: look at its rate_hz" in outcome.reason
+    assert outcome.positions_deg["roll"] < 360.0 * (1.0 + SPARE_TURNS) + 10.0 * 40.0 * LOOK_S + 40.0 * 5.0
+
+
+@pytest.mark.parametrize(
+    ("ratio", "is_allowed"), [(0.7, False), (0.97, False), (0.997, True), (1.003, True), (1.4, False)]
+)
+def test_a_stream_at_another_rate_than_stated_is_no_dwell(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ratio: float, is_allowed: bool
+) -> None:
+    """Its samples would stand at wrong times, and random walk and drift be wrong by as much."""
+    _boards_send(monkeypatch, ratio)
+    outcome = motion_run(tmp_path, "servo-mechanism", "drift").run(tmp_path / "run")
+    assert (outcome.state is State.FINISHED) is is_allowed
+    assert ("times as fast as the rig file states" in outcome.reason) is not is_allowed
+
+
+def _boards_send(monkeypatch: pytest.MonkeyPatch, ratio: float) -> None:
+    """Boards send so many times as fast as their rig file states, and tell the true time where they tell one."""
+    begin = CsvImuTwin.__init__
+
+    def begin_at_another_rate(twin: CsvImuTwin, *arguments: object, **settings: object) -> None:
+        begin(twin, *arguments, **settings)  # type: ignore[arg-type]
+        twin._rate_hz *= ratio
+
+    monkeypatch.setattr(CsvImuTwin, "__init__", begin_at_another_rate)
 
 
 def test_a_turn_beyond_what_the_cables_bear_is_refused_before_anything_moves(tmp_path: Path) -> None:
