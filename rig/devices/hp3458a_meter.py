@@ -64,8 +64,6 @@ class Hp3458aMeter:
 
     def __init__(self, name: str, bus: GpibBus, address: int, line_frequency_hz: int, clock: Clock) -> None:
         self.name = name
-        self.earlier_errors: tuple[str, ...] = ()
-        """Errors that :meth:`prepare` found left over from earlier use."""
         self._bus = bus
         self._address = address
         self._line_frequency_hz = line_frequency_hz
@@ -98,7 +96,7 @@ class Hp3458aMeter:
             lambda: f"{self.name}: meter: not ready {READY_LIMIT_S:g} s after RESET; look at its display",
         )
         self._ask(b"ID?", wire.parse_identity)
-        self.earlier_errors = self._earlier_errors()
+        self._clear_earlier_errors()
         self._configure()
         # Where CSB does not clear the sign, it says nothing about what happens from here on.
         self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))
@@ -290,13 +288,11 @@ class Hp3458aMeter:
                 f" is taken; {way_out}"
             )
 
-    def _earlier_errors(self) -> tuple[str, ...]:
-        """Return what the meter's registers still held; refused only where it speaks of the meter itself."""
-        errors = self._errors()
-        harmful = [text for number, text in errors if wire.is_harmful(number)]
+    def _clear_earlier_errors(self) -> None:
+        """Empty the meter's registers; refused only where what they held speaks of the meter itself."""
+        harmful = [text for number, text in self._errors() if wire.is_harmful(number)]
         if harmful:
             raise DeviceFault(f"{self.name}: meter: {', '.join(harmful)}; nothing is measured; have it looked at")
-        return tuple(text for _, text in errors)
 
     def _errors(self) -> list[tuple[int, str]]:
         """Ask for errors until there is none; asking clears the one that is told."""

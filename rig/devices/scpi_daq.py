@@ -28,11 +28,11 @@ from rig.devices.scpi_daq_settings import (
 from rig.devices.scpi_talk import (
     NOT_TAKEN,
     as_sent,
+    clear_earlier_errors,
     listed,
     quiet_unless_done,
     require,
     require_no_error,
-    take_errors,
 )
 from rig.devices.self_checking import MeterLook
 from rig.devices.waiting import wait_until
@@ -63,8 +63,6 @@ class ScpiDaqReadout:
     def __init__(self, name: str, settings: ScpiDaqSettings, line: MessageLine, clock: Clock) -> None:
         self.name = name
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
-        self.earlier_errors: tuple[str, ...] = ()
-        """Errors that :meth:`prepare` found left over from earlier use."""
         self.check_every_s = settings.checks.every_s if settings.checks.asks_for_anything else None
         self.check_action = settings.checks.action
         self._settings = settings
@@ -95,7 +93,7 @@ class ScpiDaqReadout:
         self._line.clear()
         self._line.tell(b"ABOR")
         self._line.tell(b"*RST")
-        self.earlier_errors = tuple(text for _, text in take_errors(self._line, self.name))
+        clear_earlier_errors(self._line, self.name)
         self.identify()
         self._configure()
 

@@ -18,7 +18,15 @@ from pydantic import Field, model_validator
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
-from rig.devices.scpi_talk import NOT_TAKEN, as_sent, listed, quiet_unless_done, require, require_no_error, take_errors
+from rig.devices.scpi_talk import (
+    NOT_TAKEN,
+    as_sent,
+    clear_earlier_errors,
+    listed,
+    quiet_unless_done,
+    require,
+    require_no_error,
+)
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
@@ -176,8 +184,6 @@ class ScpiMeter:
     ) -> None:
         self.name = name
         self.channels = tuple(f"{name}.{channel}" for channel in settings.channels)
-        self.earlier_errors: tuple[str, ...] = ()
-        """Errors that :meth:`prepare` found left over from earlier use."""
         self._settings = settings
         self._preset = settings.preset
         self._line = line
@@ -212,7 +218,7 @@ class ScpiMeter:
         self.identify()
         self._terminals = self._settings.terminals or self._selected()
         self._line.tell(b"*RST")
-        self.earlier_errors = tuple(text for _, text in take_errors(self._line, self.name))
+        clear_earlier_errors(self._line, self.name)
         self._set_up(self._settings.nplc)
         self._require_as_set(self._settings.nplc, NOT_TAKEN)
 

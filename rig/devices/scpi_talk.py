@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from rig.errors import DeviceNonsense, DeviceRefused, LinkClosed, LinkLost
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost
 from rig.link.messages import MessageLine
 from rig.wire import scpi
 
@@ -29,6 +29,16 @@ def take_errors(line: MessageLine, name: str) -> list[tuple[int, str]]:
         if len(errors) > LONGEST_ERROR_LIST:
             raise DeviceNonsense(f"{name}: more than {LONGEST_ERROR_LIST} errors; power it off and on")
     return errors
+
+
+def clear_earlier_errors(line: MessageLine, name: str) -> None:
+    """Empty the error queue of what earlier use left there. Raises: DeviceFault where it speaks of the unit itself."""
+    harmful = [f"{number:+d} {text}" for number, text in take_errors(line, name) if scpi.is_harmful(number, text)]
+    if harmful:
+        raise DeviceFault(
+            f"{name}: before anything was set: {', '.join(harmful)}; nothing is measured; the queue is empty now, so "
+            "the unit says this once: have it looked at, and test it (*TST?) before it is used again"
+        )
 
 
 def require_no_error(line: MessageLine, name: str, after: str, consequence: str) -> None:

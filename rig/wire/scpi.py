@@ -105,6 +105,16 @@ def format_reading(value: float) -> bytes:
     return b"%+.8E" % (value if abs(value) >= 1.0e-98 else 0.0)
 
 
+def is_harmful(number: int, text: str) -> bool:
+    """Return whether an error speaks of the unit itself and not of what it was told.
+
+    SCPI-99 vol. 2, 21.8.11: -310 to -313 are of system and memory, -330 and -340 of self-test and calibration. Of the
+    makers' own numbers 600 to 799 are self-tests and calibration constants (34401A, Truevolt, 34970A), and whatever
+    names a calibration.
+    """
+    return -313 <= number <= -310 or -349 <= number <= -330 or 600 <= number < 800 or "calibration" in text.lower()
+
+
 def parse_error(line: bytes) -> tuple[int, str]:
     """Parse an entry of the error queue, oldest first: number and text, 0 when it is empty.
 

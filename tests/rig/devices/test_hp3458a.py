@@ -273,13 +273,12 @@ def test_a_meter_that_stays_busy_after_its_readings_is_told() -> None:
         readout.read("dmm.x", 4, rig.wait)
 
 
-def test_errors_left_over_from_earlier_use_are_kept_and_told() -> None:
+def test_errors_left_over_from_earlier_use_are_cleared() -> None:
     rig = gpib_rig()
     rig.meter.listen(b"NONSENSE", 0.0)
-    readout = rig.prepared()
-    assert readout.meter.earlier_errors == ("SYNTAX ERROR",)
-    readout.prepare()
-    assert readout.meter.earlier_errors == ()
+    rig.prepared()
+    rig.meter.listen(b"ERRSTR?", 0.0)
+    assert rig.meter.talk(0.0)[0] == b'0,"NO ERROR"\r\n'
 
 
 def test_a_broken_meter_is_refused() -> None:

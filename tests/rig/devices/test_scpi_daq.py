@@ -75,12 +75,18 @@ def test_an_empty_slot_is_told() -> None:
         rig.prepared()
 
 
-def test_errors_of_earlier_use_are_kept_and_cleared() -> None:
+def test_errors_of_earlier_use_are_cleared() -> None:
     rig = daq_rig()
     rig.port.receive(b"NONSENSE 1\n", 0.0)
-    readout = rig.prepared()
-    assert readout.earlier_errors == ("Undefined header",)
+    rig.prepared()
     assert not rig.port.errors
+
+
+def test_a_unit_that_speaks_of_itself_is_not_measured_with() -> None:
+    rig = daq_rig()
+    rig.port.errors.append((740, "Cal checksum failed, secure state"))
+    with pytest.raises(DeviceFault, match=r"before anything was set: \+740 Cal checksum failed"):
+        rig.prepared()
 
 
 def test_an_error_behind_a_scan_drops_the_burst() -> None:

@@ -47,6 +47,35 @@ def test_errors_of_the_queue() -> None:
     assert scpi.format_error(*scpi.NO_ERROR) == b'+0,"No error"'
 
 
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (-330, "Self-test failed"),
+        (-313, "Calibration memory lost"),  # SCPI-99 vol. 2, 21.8.11
+        (742, "Cal checksum failed, dc voltage"),
+        (604, "Self-test: A/D sync stuck"),  # 34401A user's guide, chapter 5
+        (514, "DC calibration data lost"),  # Keithley 2000 user's manual, appendix B
+    ],
+)
+def test_what_a_unit_says_of_itself_is_harmful(number: int, text: str) -> None:
+    assert scpi.is_harmful(number, text)
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (-113, "Undefined header"),
+        (-222, "Data out of range"),
+        (-350, "Too many errors"),
+        (-410, "Query INTERRUPTED"),
+        (513, "RS-232 overrun error"),
+        (550, "Command not allowed in local"),
+    ],
+)
+def test_what_it_was_told_wrongly_is_not(number: int, text: str) -> None:
+    assert not scpi.is_harmful(number, text)
+
+
 def test_identities_seen_in_the_field() -> None:
     assert scpi.parse_identity(b"HEWLETT-PACKARD,34970A,0,13-2-2")[1] == "34970A"
     assert scpi.parse_identity(b"Agilent Technologies,34980A,MY53151561,2.51-2.43-2.07-1.05")[1] == "34980A"
