@@ -107,7 +107,8 @@ def _turned(turned: Sequence[Finding], sensors: Sequence[SensorView], together: 
 
 
 def _findings(sensor: SensorView) -> Iterable[Finding]:
-    return (found for axis in sensor.axes for found in axis.calibration.findings)
+    """Return what was found of every axis, of straight lines as well."""
+    return (found for axis in sensor.findings for found in axis.findings)
 
 
 def _result(sensors: Sequence[SensorView]) -> str:

@@ -5,12 +5,13 @@ from pathlib import Path
 import pytest
 from report_scene import Scene, run_view
 
-from ams.findings import Finding
+from ams.findings import Finding, significant_texts
 from ams.sets.verdict_conditions import NO_GRAVITY, TERMS_NOT_TESTED
 from procedures.journal.audit_trail import Interruption
+from procedures.kinds.section import Section
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
-from procedures.report.view import RunView, SensorView
+from procedures.report.view import AxisFindings, RunView, SensorView
 from procedures.solution.level_of_base import level_remarks, level_warnings
 from rig.description.read import read_rig
 from rig.description.rig_file import Level, LevelReading, Standard
@@ -21,6 +22,15 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 def _judged(view: RunView, table_arcsec: float | None = None, steps: tuple[str, ...] = ()) -> tuple[str, str]:
     verdict = judge(view.state, view.counts, view.sensors, view.interruptions, steps, table_arcsec)
     return verdict.trust, "\n".join((verdict.sentence, *verdict.grounds))
+
+
+def _with(sensor: SensorView, *findings: Finding, **changes: object) -> SensorView:
+    """The sensor with findings of its first axis, ``changes`` to the axis' view."""
+    axis = sensor.axes[0]
+    calibration = replace(axis.calibration, findings=findings, warnings=significant_texts(findings))
+    first = replace(axis, calibration=calibration, **changes)  # type: ignore[arg-type]
+    of_axis = AxisFindings(axis.axis, axis.channel, findings)
+    return replace(sensor, axes=(first, *sensor.axes[1:]), findings=(of_axis, *sensor.findings[1:]))
 
 
 def test_a_finished_replicated_run_without_findings_is_sound() -> None:
@@ -63,7 +73,9 @@ def test_residuals_of_an_axis_that_are_not_held_are_not_called_contained() -> No
     axes = tuple(
         replace(axis, calibration=replace(axis.calibration, findings=drifts)) for axis in explained.sensors[0].axes
     )
-    found = replace(explained, sensors=(replace(explained.sensors[0], axes=axes), *explained.sensors[1:]))
+    of_axes = tuple(AxisFindings(axis.axis, axis.channel, drifts) for axis in axes)
+    sensor = replace(explained.sensors[0], axes=axes, findings=of_axes)
+    found = replace(explained, sensors=(sensor, *explained.sensors[1:]))
     trust, text = _judged(found, table_arcsec=1.2)
     assert trust == "unusable"
     assert "contained in the stated uncertainties" not in text
@@ -134,13 +146,23 @@ def test_what_the_stated_uncertainties_do_not_hold_is_not_called_usable_with_the
     view = run_view(Scene(sensors=("SN1", "SN2")))
     sensor = view.sensors[1]
     for is_held, trust in ((True, "reserved"), (False, "unusable")):
-        finding = Finding("drift", "the output settles", True, is_held=is_held)
-        calibration = replace(sensor.axes[0].calibration, findings=(finding,), warnings=(finding.text,))
-        axis = replace(sensor.axes[0], calibration=calibration)
-        found = _judged(replace(view, sensors=(view.sensors[0], replace(sensor, axes=(axis, *sensor.axes[1:])))))
+        found_of = _with(sensor, Finding("drift", "the output settles", True, is_held=is_held))
+        found = _judged(replace(view, sensors=(view.sensors[0], found_of)))
         assert found[0] == trust
         assert ("with the stated uncertainties of SN2: they do not hold" in found[1]) == (not is_held)
         assert ("is known to" in found[1]) == is_held
+
+
+def test_a_straight_line_is_judged_by_its_findings_as_its_set_is() -> None:
+    """Straight lines have a section of their own and no axes in the view: only the set said "not usable"."""
+    view = run_view(Scene(sensors=("SN1",)))
+    finding = Finding("drift", "the gain drifts", True, is_held=False)
+    line = replace(
+        _with(view.sensors[0], finding), axes=(), section=Section("SN1: gain 1.0", ("The gain drifts.",), (), ())
+    )
+    trust, text = _judged(replace(view, sensors=(line,)))
+    assert trust == "unusable"
+    assert text.startswith("Not to be used with the stated uncertainties: they do not hold all that was found.")
 
 
 def test_a_package_that_turned_on_its_mount_is_named_and_no_table_is_blamed_for_it() -> None:
@@ -148,9 +170,7 @@ def test_a_package_that_turned_on_its_mount_is_named_and_no_table_is_blamed_for_
 
     def turned(sensor: SensorView, cause: str) -> SensorView:
         details = {"cause": cause, "confounded_with": None, "turned_arcsec": 36.0}
-        finding = Finding("table-rotation", "the package turned", True, details=details, is_held=False)
-        calibration = replace(sensor.axes[0].calibration, findings=(finding,), warnings=(finding.text,))
-        return replace(sensor, axes=(replace(sensor.axes[0], calibration=calibration), *sensor.axes[1:]))
+        return _with(sensor, Finding("table-rotation", "the package turned", True, details=details, is_held=False))
 
     first, second = view.sensors
     askew = "turned on the mount, or with the fixture, while the run measured"
