@@ -15,16 +15,17 @@ from procedures.journal.encoding import compact_json, encode_dwell, hash_dwell, 
 from procedures.journal.header import RunHeader, sha256
 from procedures.journal.held_files import HeldFiles
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.kept_rows import KeptRows, Row
 from procedures.journal.salvage import Salvaged, salvage_open
 from procedures.journal.storage import (
     SCHEMA,
     CommittedCount,
     checkpoint_and_close,
     fold,
+    header_row,
     make_file,
     open_for_writing,
     put_under_name,
-    read_into_memory,
     require_journal_file,
     require_our_schema,
     storage_errors_of,
@@ -47,11 +48,17 @@ class Journal:
         chain: tuple[int, str],
         dwells: int,
         state_sequence: int,
-        header_row: tuple[str, str],
+        header: tuple[str, str],
+        kept: KeptRows,
     ) -> None:
+        """``header``: document and SHA-256. ``kept``: the rows of the journal as it was opened."""
         self.path = path
         self._connection = connection
-        self._header_row = header_row
+        self._header_row = header
+        self._kept = kept
+        self._new_events: list[Row] = []
+        self._new_dwells: list[Row] = []
+        """Of the transaction that is open, or was committed last."""
         self._run_id = run_id
         self._last_sequence, self._last_sha256 = chain
         self._dwells = dwells
@@ -75,14 +82,17 @@ class Journal:
         new_file = path.with_name(path.name + ".new")
         new_file.unlink(missing_ok=True)
         row = document, sha256(document)
-        begun = Journal(new_file, make_file(new_file), header.run_id, (0, row[1]), 0, 0, row)
+        begun = Journal(new_file, make_file(new_file), header.run_id, (0, row[1]), 0, 0, row, KeptRows())
         with begun._transaction():
             begun._connection.execute(SCHEMA)
             begun._connection.execute("INSERT INTO header VALUES (1, ?, ?)", row)
             chain = begun._insert_event("state", {"to": State.PLANNED, "by": header.operator, "reason": ""}, clock)
         fold(new_file, begun._connection)
         put_under_name(new_file, path)
-        journal = Journal(path, open_for_writing(path), header.run_id, chain, 0, chain[0], row)
+        begun._kept.close()
+        connection = open_for_writing(path)
+        kept = KeptRows.of(path, connection)
+        journal = Journal(path, connection, header.run_id, chain, 0, chain[0], row, kept)
         journal._committed(chain, 0)
         return journal
 
@@ -97,21 +107,24 @@ class Journal:
             dwells = reader.committed_dwells()
         connection = open_for_writing(path)
         require_our_schema(path, connection)
-        row = read_into_memory(path, connection)
+        row, kept = header_row(path, connection), KeptRows.of(path, connection)
         assert last is not None
         entered = 0 if state is None else state.sequence
-        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells, entered, row)
+        return Journal(path, connection, header.run_id, (last.sequence, last.sha256), dwells, entered, row, kept)
 
     def has_dwell(self, record: DwellRecord) -> bool:
         """Return whether a dwell stands under the (step, attempt, epoch) of this one. Raises: StorageFailed."""
-        return self._stored_sha256((record.step, record.attempt, record.epoch)) is not None
+        key = (record.step, record.attempt, record.epoch)
+        return self._kept.has_dwell(key) or self._stored_sha256(key) is not None
 
     def salvage_into(self, target: Path, clock: Clock) -> Salvaged:
-        """Take all that the open files still give into a new journal in ``target``, whatever stands under their names.
+        """Take what was committed into a new journal in ``target``, whatever stands under the names of this one: out of
+        the rows that were kept, and out of the open files.
 
         Raises: as :func:`procedures.journal.salvage.salvage`.
         """
-        return salvage_open(self._connection, self._header_row, self.path, target, clock, self._last_sequence)
+        sources = *self._kept.connections, self._connection
+        return salvage_open(sources, self._header_row, self.path, target, clock, self._last_sequence)
 
     def is_lost_with_process(self) -> bool:
         """Return whether the open files have no name any more: who ends this process ends what is in them."""
@@ -160,7 +173,9 @@ class Journal:
         row = (record.step, record.attempt, record.epoch, int(record.accepted), text, samples, stored.sha256)
         # One transaction: a dwell without its event, or the event without its dwell, would pass for a change by hand.
         with self._transaction():
-            self._connection.execute("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", (self._dwells + 1, *row))
+            numbered = (self._dwells + 1, *row)
+            self._connection.execute("INSERT INTO dwells VALUES (?, ?, ?, ?, ?, ?, ?, ?)", numbered)
+            self._new_dwells.append(numbered)
             chain = self._insert_event("dwell", _dwell_detail(stored), clock)
         self._committed(chain, self._dwells + 1)
         return stored
@@ -168,6 +183,7 @@ class Journal:
     def close(self) -> None:
         """Fold the write-ahead log into the file, so that nothing stands beside it unless a reader is looking."""
         # A reader must not keep the end of the run: the log then stays beside the file and is read with it.
+        self._kept.close()
         self._connection.set_busy_timeout(0)
         crash_point(CrashPoint.BEFORE_CHECKPOINT)
         if self._is_written_by_others:  # damaged files are left as they are
@@ -190,14 +206,15 @@ class Journal:
         sequence, text = self._last_sequence + 1, compact_json(dict(detail))
         utc, monotonic_s = clock.now_utc().isoformat(), clock.monotonic_s()
         digest = hash_event(self._last_sha256, sequence, utc, monotonic_s, kind, text)
-        self._connection.execute(
-            "INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", (sequence, utc, monotonic_s, kind, text, digest)
-        )
+        row = (sequence, utc, monotonic_s, kind, text, digest)
+        self._connection.execute("INSERT INTO events VALUES (?, ?, ?, ?, ?, ?)", row)
+        self._new_events.append(row)
         return sequence, digest
 
     def _committed(self, chain: tuple[int, str], dwells: int) -> None:
         self._last_sequence, self._last_sha256 = chain
         self._dwells = dwells
+        self._kept.add(self._new_events, self._new_dwells)
         self._files.remember()
         self._count.write(self._run_id, self._last_sequence, self._dwells)
 
@@ -213,6 +230,7 @@ class Journal:
     @contextmanager
     def _transaction(self) -> Iterator[None]:
         self.require_as_written()
+        self._new_events, self._new_dwells = [], []
         with storage_errors_of(self.path):
             self._connection.execute("BEGIN IMMEDIATE")
             try:

@@ -9,6 +9,7 @@ after that is stopped: a resume on the new file measures them again.
 import json
 import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -88,13 +89,19 @@ def salvage(source: Path, target: Path, clock: Clock | None = None) -> Salvaged:
 
 
 def salvage_open(
-    connection: apsw.Connection, header: tuple[str, str], source: Path, target: Path, clock: Clock, promised: int
+    connections: Sequence[apsw.Connection],
+    header: tuple[str, str],
+    source: Path,
+    target: Path,
+    clock: Clock,
+    promised: int,
 ) -> Salvaged:
-    """Salvage what a connection still reads of the journal that it has open, whatever became of ``source``.
+    """Salvage what open connections still give of a journal, whatever became of ``source``; the first that has a row
+    gives it.
 
     ``header``: document and SHA-256. ``promised``: events that were committed. Raises: as :func:`salvage`.
     """
-    return _written(_Rows(connection, source, header), source, _free_name(target), clock, promised)
+    return _written(_Rows(connections, source, header), source, _free_name(target), clock, promised)
 
 
 def _free_name(target: Path) -> Path:
@@ -128,9 +135,11 @@ def _fill_up(copy: Path) -> None:
 class _Rows:
     """Row by row, because one damaged page must not hide the others."""
 
-    def __init__(self, connection: apsw.Connection, source: Path, header: tuple[str, str] | None = None) -> None:
+    def __init__(
+        self, connections: Sequence[apsw.Connection], source: Path, header: tuple[str, str] | None = None
+    ) -> None:
         """``header``: document and SHA-256, where they are known."""
-        self._connection = connection
+        self._connections = connections
         self._source = source
         header = header or self._row("SELECT document, sha256 FROM header WHERE id = ?", 1)
         if header is None or sha256(header[0]) != header[1]:
@@ -143,7 +152,8 @@ class _Rows:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._connection.close()
+        for connection in self._connections:
+            connection.close()
 
     def events(self) -> dict[int, RawEvent]:
         """Return every event that can be read, by its number, whatever lies between."""
@@ -163,11 +173,12 @@ class _Rows:
             number += 1
 
     def _row(self, query: str, key: int) -> tuple[Any, ...] | None:
-        try:
-            row: tuple[Any, ...] | None = self._connection.execute(query, (key,)).fetchone()
-        except (apsw.CorruptError, apsw.IOError, apsw.SQLError, apsw.FormatError, UnicodeDecodeError):
-            return None
-        return row
+        for connection in self._connections:
+            with suppress(apsw.CorruptError, apsw.IOError, apsw.SQLError, apsw.FormatError, UnicodeDecodeError):
+                row: tuple[Any, ...] | None = connection.execute(query, (key,)).fetchone()
+                if row is not None:
+                    return row
+        return None
 
 
 def _opened(copy: Path, source: Path) -> _Rows:
@@ -175,7 +186,7 @@ def _opened(copy: Path, source: Path) -> _Rows:
         connection = apsw.Connection(str(copy), flags=apsw.SQLITE_OPEN_READWRITE)
         try:
             require_our_schema(source, connection)
-            return _Rows(connection, source)
+            return _Rows([connection], source)
         except BaseException:
             connection.close()
             raise

@@ -26,9 +26,6 @@ _MAGIC = b"SQLite format 3\0"
 _COUNT_LENGTH = 128
 _AS_IT_IS: int = getattr(os, "O_BINARY", 0)
 """Windows turns the ends of lines into two bytes otherwise."""
-_HELD_KIB = 32 * 1024
-"""Of its newest pages that the engine's connection keeps in memory: of these a file that is emptied or written over
-under it takes nothing."""
 _AT_ONCE: int = getattr(os, "O_NONBLOCK", 0)
 """A pipe in the place of a file is not waited for."""
 
@@ -55,20 +52,12 @@ def open_for_writing(path: Path) -> apsw.Connection:
         connection.set_busy_timeout(BUSY_MS)
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
-        connection.execute(f"PRAGMA cache_size = -{_HELD_KIB}")
         return connection
 
 
-def read_into_memory(path: Path, connection: apsw.Connection) -> tuple[str, str]:
-    """Have the connection hold what was written before it was opened, as it holds what it writes; return the header's
-    document and its SHA-256.
-
-    Raises: JournalError, StorageFailed.
-    """
+def header_row(path: Path, connection: apsw.Connection) -> tuple[str, str]:
+    """Return the header's document and its SHA-256. Raises: JournalError, StorageFailed."""
     with storage_errors_of(path):
-        for query in ("SELECT * FROM events", "SELECT * FROM dwells"):
-            for _ in connection.execute(query):
-                pass
         ((document, digest),) = connection.execute("SELECT document, sha256 FROM header")
         return document, digest
 
