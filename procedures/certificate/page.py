@@ -142,9 +142,16 @@ def _conditions(coefficients: CoefficientSet) -> dict[str, str]:
     return {
         **(levels or attitude_ranges),
         **use,
-        **(air or {"Temperature": "not measured"}),
+        **(air or _of_no_environment(coefficients)),
         "Local gravity": coefficients.gravity.in_words,
     }
+
+
+def _of_no_environment(coefficients: CoefficientSet) -> dict[str, str]:
+    """Say what was measured of the temperature where no environment of the rig told any."""
+    if coefficients.is_temperature_recorded:
+        return {"Temperature of the sensor": "recorded with the readings", "Temperature around it": "not measured"}
+    return {"Temperature": "not measured"}
 
 
 def _degc_in_words(ends: Sequence[Json]) -> str:

@@ -509,6 +509,22 @@ def test_the_range_of_temperature_of_use_and_the_reasons_of_the_verdict_stand_on
     assert "use at" not in _text(_grounds()), "where no such part is in U"
 
 
+@pytest.mark.parametrize(
+    ("is_recorded", "said"),
+    [
+        (True, "Temperature of the sensor recorded with the readings Temperature around it not measured"),
+        (False, "°C (declared; none was recorded with the readings) Temperature not measured"),
+    ],
+)
+def test_a_temperature_that_stands_in_the_file_is_not_called_not_measured(is_recorded: bool, said: str) -> None:
+    """A set from a file knows no chamber: "valid for 19.85 to 20.13 °C" stood beside "temperature not measured"."""
+    changes = {"environment": {}, "temperature_range_degc": (19.85, 20.13), "temperature_recorded": is_recorded}
+    text = _text(_grounds(coefficients=_set(**changes)))
+    assert "Valid for temperature 19.85 to 20.13 °C" in text
+    assert said in text
+    assert ("Temperature not measured" in text) == (not is_recorded)
+
+
 def test_a_result_over_temperature_needs_a_thermometer_with_a_certificate(tmp_path: Path) -> None:
     rig = rig_file(tmp_path)
     remarks = tuple(said.text for said in thermometer_remarks(rig, rig.sensors.values(), "estimate"))
