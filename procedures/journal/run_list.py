@@ -9,6 +9,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -94,30 +95,46 @@ class RunList:
     def read(self) -> tuple[ListedRun, ...]:
         """Return every run as it stands now, the latest start first; those that cannot be read come last."""
         found: dict[Path, _Seen] = {}
-        listed = []
-        for path in self.paths():
-            try:
-                require_not_taken_away(path)
-                is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
-                fingerprint = _fingerprint(path)
-                known = self._seen.get(path)
-                if known is None or known.fingerprint != fingerprint:
-                    known = _read(path, fingerprint, verifies=self._verifies)
-                found[path] = known
-            except FileNotFoundError:
-                continue  # removed meanwhile
-            except JournalTakenAway as error:
-                taken_away = _unreadable(path, None, str(error), error.exit_status)
-                listed.append(replace(taken_away, modified_utc=error.stopped_utc))
-                continue
-            except OSError as error:
-                whose = ": it belongs to another account of this machine" if isinstance(error, PermissionError) else ""
-                trouble = f"{error.filename}: {error.strerror}{whose}"
-                listed.append(_unreadable(path, None, trouble, ExitStatus.FAILED))
-                continue
-            listed.append(_as_it_stands(found[path], is_alive=is_alive))
+        listed = [run for path in self.paths() if (run := self._listed(path, found)) is not None]
         self._seen = {path: seen for path, seen in found.items() if seen.written is not None and self._is_settled(seen)}
         return tuple(sorted(listed, key=_latest_first))
+
+    def latest(self) -> tuple[ListedRun | None, tuple[ListedRun, ...]]:
+        """Return the run of the latest start, and those that cannot be read before it is found.
+
+        Of the others the start alone is read: their plans and dwells take six times as long.
+        """
+        begun = {path: _begun_s(path) for path in self.paths()}
+        found: list[ListedRun] = []
+        for path in sorted(begun, key=lambda path: (-begun[path], path.name)):
+            if (run := self._listed(path, {})) is None:
+                continue
+            found.append(run)
+            if begun[path] < inf and not run.trouble:
+                break
+        sound = sorted((run for run in found if not run.trouble), key=_latest_first)
+        return next(iter(sound), None), tuple(run for run in found if run.trouble)
+
+    def _listed(self, path: Path, found: dict[Path, _Seen]) -> ListedRun | None:
+        """Return a run as it stands now, and keep in ``found`` what its journal says; None where it is gone."""
+        try:
+            require_not_taken_away(path)
+            is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
+            fingerprint = _fingerprint(path)
+            known = self._seen.get(path)
+            if known is None or known.fingerprint != fingerprint:
+                known = _read(path, fingerprint, verifies=self._verifies)
+            found[path] = known
+        except FileNotFoundError:
+            return None  # removed meanwhile
+        except JournalTakenAway as error:
+            taken_away = _unreadable(path, None, str(error), error.exit_status)
+            return replace(taken_away, modified_utc=error.stopped_utc)
+        except OSError as error:
+            whose = ": it belongs to another account of this machine" if isinstance(error, PermissionError) else ""
+            trouble = f"{error.filename}: {error.strerror}{whose}"
+            return _unreadable(path, None, trouble, ExitStatus.FAILED)
+        return _as_it_stands(known, is_alive=is_alive)
 
     def alive(self) -> tuple[Path, ...]:
         """Return the runs that a living process runs; no journal is opened for this."""
@@ -141,6 +158,15 @@ def _may_hold_a_run(path: Path) -> bool:
         return (path / JOURNAL_FILE).exists() or is_taken_away(path)
     except PermissionError:
         return True  # another account's: hidden it would look as if there were no run
+
+
+def _begun_s(path: Path) -> float:
+    """Return when a run began, by the header of its journal, as a time stamp; infinity where that cannot be told."""
+    try:
+        with JournalReader.open(path) as reader:
+            return reader.header.created_utc.timestamp()
+    except (ProcedureError, OSError, LookupError, TypeError, ValueError):
+        return inf
 
 
 def _read(path: Path, fingerprint: Fingerprint, *, verifies: bool) -> _Seen:

@@ -140,13 +140,16 @@ class Plan:
     @staticmethod
     def from_json(text: str, source: str = "plan") -> "Plan":
         """Read a plan back. Raises: PlanError when it is of another version or is no plan."""
-        _require_version(text, source)
         try:
-            return _adapter().validate_json(text, strict=True)
+            plan = _adapter().validate_json(text, strict=True)
         except ValidationError as error:
+            _require_version(text, source)
             first = error.errors(include_url=False)[0]
             where = ".".join(str(part) for part in first["loc"])
             raise PlanError(f"{source}: {where}: {first['msg']}; this is not a plan that calrig wrote") from None
+        if plan.version != PLAN_VERSION:
+            raise _other_version(plan.version, source)
+        return plan
 
 
 def _require_version(text: str, source: str) -> None:
@@ -156,7 +159,11 @@ def _require_version(text: str, source: str) -> None:
         raise PlanError(f"{source}: not JSON: {error}; the plan was not read") from None
     found = document.get("version") if isinstance(document, dict) else None
     if found != PLAN_VERSION:
-        raise PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
+        raise _other_version(found, source)
+
+
+def _other_version(found: object, source: str) -> PlanError:
+    return PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
 
 
 @cache

@@ -26,11 +26,9 @@ def alive_or_latest(run: str | None, runs: Path) -> Path:
     if alive:
         note(f"{alive[0]}: the run that is alive")
         return alive[0]
-    listed = listing.read()
-    for listed_run in listed:
-        if listed_run.trouble:
-            note(f"{listed_run.path}: left out: {listed_run.trouble}")
-    latest = next((run for run in listed if not run.trouble), None)
+    latest, left_out = listing.latest()
+    for listed_run in left_out:
+        note(f"{listed_run.path}: left out: {listed_run.trouble}")
     if latest is None:
         raise RequestError(
             f"{runs}: holds no run; nothing was done; name a run, or give the folder of runs (--out, --runs)"

@@ -56,6 +56,28 @@ def test_the_latest_start_comes_first_whatever_the_folders_are_called(tmp_path: 
     assert [entry.path.name for entry in RunList(tmp_path).read()] == ["b", "a", "c"]
 
 
+def test_the_latest_is_the_first_of_the_list_that_can_be_read_and_no_other_is_read_to_its_dwells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    days = {"a": 1, "b": 3, "c": 2, "d": 3, "e": 4, "f": 0}
+    runs = {name: make_run(tmp_path / name, State.STOPPED, started_utc=STARTED_UTC + timedelta(days=day))
+            for name, day in days.items()}  # fmt: skip
+    (runs["e"] / "journal.sqlite").write_bytes(b"")
+    counted: list[Path] = []
+    accepted_steps = JournalReader.accepted_steps
+
+    def count(reader: JournalReader) -> set[int]:
+        counted.append(reader.path.parent)
+        return accepted_steps(reader)
+
+    monkeypatch.setattr(JournalReader, "accepted_steps", count)
+    latest, left_out = RunList(tmp_path).latest()
+    assert (latest and latest.path, [run.path for run in left_out]) == (runs["b"], [runs["e"]])
+    assert counted == [runs["b"]]
+    listed = RunList(tmp_path).read()
+    assert (latest, *left_out) == (listed[0], listed[-1])
+
+
 def test_a_folder_that_is_not_there_or_holds_other_things_holds_no_run(tmp_path: Path) -> None:
     (tmp_path / "notes").mkdir()
     (tmp_path / "archive.sqlite").write_bytes(b"")
