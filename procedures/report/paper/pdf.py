@@ -15,6 +15,8 @@ from procedures.report.paper.page_tree import PageTree, page_tree_of
 
 TEMPLATE = Path(__file__).with_name("paper.typ")
 STANDARD = "a-3b"
+_KEPT = 10
+"""Compilations for which typst keeps what it has laid out, 40 MB for a package: of one that follows nothing is used."""
 
 
 @dataclass(frozen=True)
@@ -48,16 +50,18 @@ def paper_of(page: str, imprint: Imprint, attachments: Sequence[Attachment] = ()
     import typst
 
     compile_pages: Any = typst.compile  # its type stubs do not know sources given by name
+    searched = typst.Fonts(include_system_fonts=False, font_paths=[fonts()])
     tree = page_tree_of(page)
     pdf = compile_pages(
         _sources(tree, imprint, attachments),
         format="pdf",
         pdf_standards=[STANDARD],
-        ignore_system_fonts=True,
-        font_paths=[str(fonts())],
+        font_paths=searched,
         timestamp=int(imprint.moment.timestamp()),
     )
     assert isinstance(pdf, bytes)
+    for _ in range(_KEPT + 1):
+        compile_pages({"main.typ": b""}, format="svg", font_paths=searched)
     return pdf
 
 

@@ -1,7 +1,9 @@
 """The paper against outside readers: pikepdf for the structure, poppler for the text; the page itself is the oracle."""
 
+import os
 import re
 import subprocess
+import sys
 from datetime import UTC, datetime
 from html import escape
 from io import BytesIO
@@ -87,6 +89,20 @@ def test_the_paper_says_what_the_page_says(pdf: bytes, tmp_path: Path) -> None:
 
 def test_a_reprint_is_the_same_file(pdf: bytes) -> None:
     assert paper_of(PAGE, IMPRINT, [ATTACHED]) == pdf
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
+def test_the_papers_of_many_packages_take_the_memory_of_one() -> None:
+    """Two hundred rows each, none like another; a document takes 20 MB while it is set."""
+
+    def set_paper(number: int) -> float:
+        rows = "".join(f"<tr><td>{number}</td><td>{row * number}</td><td>word {row}</td></tr>" for row in range(200))
+        head = "<thead><tr><th>a</th><th>b</th><th>c</th></tr></thead>"
+        paper_of(f"<html><body><h1>P</h1><table>{head}<tbody>{rows}</tbody></table></body></html>", IMPRINT)
+        return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+    after_mb = [set_paper(number) for number in range(8)]
+    assert after_mb[-1] - after_mb[1] < 30.0
 
 
 def test_an_element_without_a_form_on_paper_is_refused_by_name() -> None:
