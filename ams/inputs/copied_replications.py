@@ -14,7 +14,7 @@ nearly all points are a copy. Two outputs that scatter repeat together at more p
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import chain
 from typing import Final
 
 import numpy as np
@@ -98,10 +98,10 @@ def refuse_copies(observations: Observations) -> None:
 
 def _copies(observations: Observations) -> Iterator[tuple[int, _Copy]]:
     """Yield a replication, and which other it is a copy of."""
-    labels = np.unique(observations.replication)
-    rows = {int(label): _by_point(observations, int(label)) for label in labels}
+    pairs = list(_repeating(observations))
+    rows = {label: _by_point(observations, label) for label in {*chain.from_iterable(pairs)}}
     done: set[int] = set()
-    for first, second in combinations(rows, 2):
+    for first, second in pairs:
         if second in done:
             continue
         common = sorted(rows[first].keys() & rows[second].keys())
@@ -112,6 +112,24 @@ def _copies(observations: Observations) -> Iterator[tuple[int, _Copy]]:
         if copied is not None:
             done.add(second)
             yield second, copied
+
+
+def _repeating(observations: Observations) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of replications of which an output repeats at so many points that one may be a copy, in order."""
+    labels, replication = np.unique(observations.replication, return_inverse=True)
+    points, point = np.unique(observations.point, return_inverse=True)
+    grids = []
+    for values in observations.outputs.values():
+        if np.ptp(values) > 0.0:
+            grid = np.full((labels.size, points.size), np.nan)
+            grid[replication, point] = values
+            grids.append(grid)
+    for first, label in enumerate(labels.tolist()):
+        repeat = np.zeros(labels.size - first - 1, dtype=bool)
+        for grid in grids:
+            repeat |= np.count_nonzero(grid[first + 1 :] == grid[first], axis=1) >= _FEWEST_IN_COMMON
+        for other in labels[first + 1 :][repeat].tolist():
+            yield label, other
 
 
 def _copied(observations: Observations, first: int, here: IntArray, there: IntArray) -> _Copy | None:

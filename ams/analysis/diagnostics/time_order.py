@@ -151,17 +151,13 @@ def _moments(n: int, q: FloatArray, replication: IntArray, here: IntArray, follo
     inner = np.einsum("kp,rkq->rpq", q, turned)
     trace = -float(np.diag(between) @ np.trace(inner, axis1=1, axis2=2))
     edges = np.minimum(here, following) * points + np.maximum(here, following)
-    of_each = [np.sort(edges[replication == r]) for r in range(n)]
-    shared = np.array([[_in_common(a, b) for b in of_each] for a in of_each])
+    kinds, kind = np.unique(edges, return_inverse=True)
+    has = np.zeros((n, kinds.size))
+    has[replication, kind] = 1.0
+    shared = has @ has.T
     flat = turned.reshape(n, -1)
     squares = 0.5 * shared - 2.0 * flat @ flat.T + np.einsum("rpq,sqp->rs", inner, inner)
     return trace, float(np.sum(between**2 * squares))
-
-
-def _in_common(a: IntArray, b: IntArray) -> float:
-    if a.size == b.size and np.array_equal(a, b):
-        return float(a.size)
-    return float(np.intersect1d(a, b, assume_unique=True).size)
 
 
 def settling_between(evidence: Evidence) -> Slope:

@@ -8,6 +8,7 @@ from physics_scenes import campaigns
 from solved_campaigns import columns_of, rows_of
 
 from ams.errors import ObservationsError
+from ams.inputs import copied_replications
 from ams.inputs.copied_replications import refuse_copies
 from ams.observations import Observations
 
@@ -40,6 +41,24 @@ def test_copies_are_refused_by_name(onto: tuple[int, ...], of: int) -> None:
     assert f"{', '.join(str(labels[label - 1]) for label in onto)} " in str(refused.value)
     assert f"of replication {labels[of - 1]}:" in str(refused.value)
     assert "156 of 156 points" in str(refused.value)
+
+
+def test_only_pairs_that_repeat_are_looked_at_closely(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a hundred replications there are 4 950 pairs; one in which nothing repeats is no copy."""
+    closely: list[int] = []
+    copied = copied_replications._copied
+
+    def look(observations: Observations, first: int, here: np.ndarray, there: np.ndarray) -> object:
+        closely.append(first)
+        return copied(observations, first, here, there)
+
+    monkeypatch.setattr(copied_replications, "_copied", look)
+    rows = _rows(replications=100)
+    refuse_copies(rows)
+    assert closely == []
+    with pytest.raises(ObservationsError, match="replication 6 is a copy of replication 2"):
+        refuse_copies(_copied(rows, (7,), 3))
+    assert len(closely) == 1
 
 
 def test_a_copy_of_which_a_few_points_were_measured_again_is_refused() -> None:
