@@ -146,7 +146,8 @@ def _balance(spread: FloatArray, along: FloatArray, rest: FloatArray, square: Fl
         bent = slope + middle * curvature  # of t times the slope, by log t
         step = np.where(bent < 0.0, -slope / np.where(bent < 0.0, bent, 1.0), 0.0)
         tried = middle * np.exp(np.clip(step, -_LONGEST_STEP, _LONGEST_STEP))
-        is_inside = (bent < 0.0) & (tried > low) & (tried < high)
+        # A step below the last digit stays where it is, which is low or high by now: there is the root.
+        is_inside = (bent < 0.0) & ((tried > low) & (tried < high) | (tried == middle))
         before, middle = middle, np.where(is_inside, tried, np.sqrt(low * high))
         if np.all(falls | (np.abs(middle - before) <= _SETTLED * middle)):
             break

@@ -358,7 +358,7 @@ def _moved_within(
     """Return the least over what is free, and what is free still: the first to reach its bound stays there."""
     x, free = x.copy(), free.copy()
     while free.any():
-        step = np.linalg.solve(matrix[np.ix_(free, free)], (right - matrix @ x)[free])
+        step = np.linalg.solve(matrix[free][:, free], (right - matrix @ x)[free])
         room = np.where(step > 0.0, bound[free] - x[free], bound[free] + x[free])
         with np.errstate(divide="ignore"):
             reach = np.where(step == 0.0, np.inf, room / np.abs(step))

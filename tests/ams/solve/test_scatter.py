@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
+from ams.solve import scatter
 from ams.solve.scatter import FEW_POINTS, points_scatter
 
 RNG = np.random.default_rng(21)
@@ -49,6 +50,24 @@ def test_many_at_once_are_each_where_the_likelihood_has_no_slope() -> None:
     for output, columns, variance in zip(outputs, common, found, strict=True):
         flat = brentq(slope_of_likelihood, 0.5 * variance, 2.0 * variance, (output, columns), xtol=1e-14 * variance)
         assert variance == pytest.approx(flat, rel=1e-9)
+
+
+def test_a_root_that_is_reached_is_not_searched_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Newton's steps double the digits, so that few are needed; halving an interval takes thirty to as many digits."""
+    looks: list[float] = []
+    slope = scatter._slope
+
+    def looked(variance: np.ndarray, *others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        looks.append(float(variance[0]))
+        return slope(variance, *others)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(scatter, "_slope", looked)
+    most = 0
+    for seed in range(100):
+        looks.clear()
+        points_scatter(BASIS, draw(np.random.default_rng(seed), 0.3, 1.0)[:, None], COMMON[None], WEIGHTS)
+        most = max(most, len(looks))
+    assert most <= 12
 
 
 @pytest.mark.parametrize("common", [0.3, 1.0, 30.0])
