@@ -21,6 +21,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.linear import fit_line
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
+from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 
 _LARGEST_SPREAD = 0.01
 """Levels of one point may differ by this part of the whole span."""
@@ -61,6 +62,7 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
         "verdict": _verdict_of(axes.values()),
         "model": "linear",
         "convention": "SR",
+        **({"remarks": [DIRECTIONS_NOT_MEASURED]} if len(levels) > 1 else {}),
     }
 
 
@@ -86,6 +88,8 @@ def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest)
     axes = {axis: solved_axis for part in solved for axis, solved_axis in part.axes.items()}
     texts = dict.fromkeys(text for part in solved for text in part.warnings)
     remarks = dict.fromkeys(text for part in solved for text in part.remarks)
+    if len(levels) > 1:
+        remarks |= {DIRECTIONS_NOT_MEASURED: None}
     return Calibration(axes, "linear", "SR", tuple(texts), tuple(remarks))
 
 

@@ -22,6 +22,16 @@ TEXT = (
 _TOLERANCE_RELATIVE = 1e-9
 
 
+def has_unmeasured_directions(axes: Mapping[str, AxisNumbers]) -> bool:
+    """Return whether two straight lines or more are along their nominal axes alone: how these lie nobody measured."""
+    lines = are_lines(axes) and len(axes) > 1
+    return lines and not any(_tells_direction(numbers) for numbers in axes.values())
+
+
+def _tells_direction(numbers: AxisNumbers) -> bool:
+    return all(name in numbers.primary for name in numbers.form.directions)
+
+
 def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
     """Return ``{"triad": …}``, nothing where the axes are no three straight lines that resolve three directions."""
     forms = [numbers.form for numbers in axes.values()]
@@ -29,7 +39,7 @@ def triad_section(axes: Mapping[str, AxisNumbers]) -> Document:
         return {}
     matrix = np.stack([numbers.direction for numbers in axes.values()])
     measured, unit = forms[0].measured_unit, forms[0].unit
-    has_all = all(name in numbers.primary for numbers in axes.values() for name in numbers.form.directions)
+    has_all = all(_tells_direction(numbers) for numbers in axes.values())
     angles = (
         {"angle_between_deg": _angles_deg(matrix, [axis.nominal_axis for axis in axes.values()])} if has_all else {}
     )

@@ -26,6 +26,12 @@ TERMS_NOT_TESTED: Final = (
     "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
     "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
 )
+DIRECTIONS_NOT_MEASURED: Final = (
+    "how the sensitive axes lie to one another is not told by lines along the nominal axes: what several of them "
+    "measure together, such as an angle, is off by as much as they lie off, which is in no uncertainty; solve them as "
+    "one package, from attitudes or rates that turn all of them"
+)
+"""How it is said of straight lines, each along its nominal axis."""
 _WITHOUT: Final = MappingProxyType(
     {
         NO_LEVEL: "the level of the base",
@@ -41,6 +47,7 @@ _WITHOUT: Final = MappingProxyType(
 _UNTESTED: Final = MappingProxyType(
     {
         TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
+        DIRECTIONS_NOT_MEASURED: "how the sensitive axes lie to one another",
         NO_TIMES: "a drift inside the replications, of which no times are given",
     }
 )

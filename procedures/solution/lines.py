@@ -28,6 +28,7 @@ from ams.models.field_triad import FieldTriad, to_package
 from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
+from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from ams.solve.layout import layout_of
 from procedures.records.declared_gaps import gravity_remarks, meter_remarks, rate_remarks, temperature_remarks
 from procedures.solution.declared_directions import declared_in_package
@@ -71,9 +72,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
     warnings |= dict.fromkeys(warnings_of_use(item.sensor, item.plan.solve.temperature, observations.temperature_degc))
-    warnings |= dict.fromkeys(
-        _across(item, [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)])
-    )
+    along = [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)]
+    warnings |= dict.fromkeys(_across(item, along))
     remarks = gravity_on_gyros_remarks(
         {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
     )
@@ -82,6 +82,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         rates=rate_remarks(item.rig, item.sensor, item.plan.axes),
         gravity=gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
     )
+    if len(along) > 1 and item.sensor.measures != "field":
+        remarks = (*remarks, DIRECTIONS_NOT_MEASURED)
     remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations, item.sensor.use_temperature_degc))
     calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)

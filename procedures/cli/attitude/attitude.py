@@ -20,6 +20,8 @@ from ams.inference.rates import GyroAngles
 from ams.inference.standing_outputs import StandingOutputs, can_stand
 from ams.inference.watched_axes import Stretch, watch_of, watched_axes
 from ams.sets.dated_ahead import ahead_of_clock
+from ams.sets.triad_section import has_unmeasured_directions
+from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
@@ -209,6 +211,9 @@ def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
     """Yield of every set that is not usable that it is not, once, and of one that is dated in the future that it is."""
     sets = {used.coefficients.sha256: used.coefficients for used in packages}
     yield from (coefficients.doubt for coefficients in sets.values() if coefficients.doubt is not None)
+    yield from (
+        f"{used.sensor}: {DIRECTIONS_NOT_MEASURED}" for used in sets.values() if has_unmeasured_directions(used.axes)
+    )
     yield from ahead_of_clock(sets.values(), datetime.now(UTC))
 
 

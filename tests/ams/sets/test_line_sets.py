@@ -16,6 +16,7 @@ from ams.in_use import load
 from ams.sets.apply import apply, sensed_level
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet, from_document
+from ams.sets.triad_section import has_unmeasured_directions
 from ams.surveillance.adjustment import acceptance_of, adjust, to_document
 from ams.surveillance.adjustment import from_document as read_adjustment
 from ams.surveillance.compare import compare
@@ -50,7 +51,14 @@ def test_the_set_states_matrix_inverse_and_squareness(triad: CoefficientSet) -> 
 
 
 def test_lines_along_their_axes_claim_no_squareness() -> None:
-    assert "angle_between_deg" not in table(line_set(SR_GYRO, "dps", "dps").document["triad"])
+    lines = line_set(SR_GYRO, "dps", "dps")
+    assert "angle_between_deg" not in table(lines.document["triad"])
+    assert has_unmeasured_directions(lines.axes)
+
+
+def test_a_triad_that_was_measured_tells_how_its_axes_lie_and_one_line_alone_need_not(triad: CoefficientSet) -> None:
+    assert not has_unmeasured_directions(triad.axes)
+    assert not has_unmeasured_directions({"x": line_set(SR_GYRO, "dps", "dps").axes["x"]})
 
 
 @pytest.mark.parametrize("change", ["matrix_counts_per_ut", "inverse_ut_per_counts"])

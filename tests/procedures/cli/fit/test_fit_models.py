@@ -390,6 +390,22 @@ def test_a_set_of_straight_lines_needs_gravity_where_they_are_per_g(
     assert call(capsys, *line, "--gravity-mps2", "9.8").status == 0
 
 
+def test_lines_of_several_axes_say_that_how_these_lie_is_not_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Three axes 1° off their nominal directions are as good straight lines as three that are square."""
+    rows = [
+        [replication, point, level, *(gain * level + 1e-3 * (replication * point % 3) for gain in (2.0, -1.9))]
+        for replication in (1, 2, 3)
+        for point, level in enumerate((-1.0, -0.5, 0.5, 1.0), start=1)
+    ]
+    file = write_rows(tmp_path / "lines.csv", ["reference_dps", "a_v", "b_v"], rows)
+    where = ("--set", tmp_path / "l.json", "--sensor", "L1")
+    said = "not tested for how the sensitive axes lie to one another"
+    assert said in call(capsys, "fit", file, "--model", "linear", "--axis", "x=a_v", "--axis", "y=b_v", *where).out
+    assert said not in call(capsys, "fit", file, "--model", "linear", "--axis", "x=a_v", *where).out
+
+
 def test_an_uncertainty_of_rates_belongs_to_gyros(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = write_rows(tmp_path / "l.csv", ["reference_g", "ax_counts"], linear_rows((1.0, 0.0, -1.0), 2, 0.5))
     line = ("fit", file, "--model", "linear", "--axis", "x=ax_counts")
