@@ -23,6 +23,7 @@ from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.rates import GyroAngles, Motion
 from ams.inference.standing_outputs import StandingOutputs, can_stand
+from ams.inference.stated_rate import StatedRate
 from ams.inference.watched_axes import answered_at_once, watched_axes
 from ams.sets.coefficients import CoefficientSet
 
@@ -228,7 +229,8 @@ class GyroStream:
     """Attitudes of gyros, alone or with accelerometers, of samples that come piece by piece."""
 
     def __init__(self, angles: GyroAngles | AidedAngles) -> None:
-        self._angles = angles
+        stated_hz = angles.motion.rate_hz
+        self._angles: AngleStream = angles if stated_hz is None else StatedRate(angles, stated_hz)
 
     @property
     def axes(self) -> tuple[str, ...]:
@@ -241,7 +243,7 @@ class GyroStream:
         ``volts`` is (n, A), one row a sample, or by axis; NaN is a reading that is missing. With ``time_s`` samples
         that never came or came twice are noticed.
 
-        Raises: OutsideValidity for another shape, or without a sampling rate.
+        Raises: OutsideValidity for another shape, without a sampling rate, or with one that ``time_s`` contradicts.
         """
         outputs = outputs_by_axis(volts, self.axes, "gyros")
         readings = dict(zip(self.axes, map(np.atleast_1d, outputs), strict=True))

@@ -34,7 +34,7 @@ from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.rest_at_start import RestAtStart
-from ams.inference.sample_clock import SampleClock
+from ams.inference.sample_clock import LONGEST_TURN_S, SampleClock
 from ams.inference.used_beyond import codes_of_angles, codes_of_rates
 from ams.models.possible_temperature import COLUMN, possible_temperatures
 from ams.sets.coefficients import CoefficientSet
@@ -121,7 +121,7 @@ class AidedAngles:
         self.field = field
         self.rest = RestAtStart(gyros, motion.rest_s)
         self._offset_v = gyros.offset_v
-        self._clock = SampleClock(motion.rate_hz)
+        self._clock = SampleClock(motion.rate_hz, LONGEST_TURN_S)
         self._filter: AttitudeFilter | None = None
         self._zero_sd_rad_s = np.sqrt(np.diag(self._zero_covariance()))
         self._innovations, self._of_field, self._errors = np.zeros(2), np.zeros(2), np.zeros(2)

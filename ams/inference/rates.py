@@ -23,7 +23,7 @@ from ams.errors import OutsideValidity
 from ams.inference.angle_stream import Answer, joined, nothing
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.rest_at_start import RestAtStart
-from ams.inference.sample_clock import SampleClock
+from ams.inference.sample_clock import LONGEST_TURN_S, SampleClock
 from ams.inference.used_beyond import codes_of_rates, codes_of_temperature
 from ams.models.possible_temperature import COLUMN
 
@@ -100,7 +100,7 @@ class GyroAngles:
 
     def __init__(self, package: GyroPackage, motion: Motion) -> None:
         self.package, self.motion = package, motion
-        self._clock = SampleClock(motion.rate_hz)
+        self._clock = SampleClock(motion.rate_hz, LONGEST_TURN_S)
         self.rest = RestAtStart(package, motion.rest_s)
         self._offset_v = package.offset_v
         self._errors = RateErrors(

@@ -1,22 +1,31 @@
 """When samples were taken: by a rate that is stated, or by the column time_s."""
 
+from typing import Final
+
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.errors import OutsideValidity
 
+LONGEST_TURN_S: Final = 1.0
+"""Between samples of gyros: what turns within is interpolated. Times in another unit than seconds look longer."""
+
 
 class SampleClock:
-    """The places of rows among evenly spaced samples, by the column time_s where there is one."""
+    """The places of rows among evenly spaced samples, by the column time_s where there is one.
 
-    def __init__(self, rate_hz: float | None) -> None:
+    ``longest_s``: intervals that the times may tell; a rate that is stated is taken as it is.
+    """
+
+    def __init__(self, rate_hz: float | None, longest_s: float = np.inf) -> None:
         self.interval_s = None if rate_hz is None else 1.0 / rate_hz
+        self._longest_s = longest_s
         self._last_s: float | None = None
 
     def steps(self, time_s: FloatArray | None, rows: int) -> IntArray:
         """Return how many samples each row is behind the one before, 0 where it is not after it, -1 without a time.
 
-        Raises: OutsideValidity where neither a rate nor times tell the interval.
+        Raises: OutsideValidity where neither a rate nor times tell the interval, or these one that is too long.
         """
         if self.interval_s is None:
             self.interval_s = self._interval_of(time_s)
@@ -46,4 +55,12 @@ class SampleClock:
                 "the interval between samples is not known; nothing was computed; give the sampling rate, or a "
                 "column time_s"
             )
-        return float(np.median(between))
+        interval_s = float(np.median(between))
+        if interval_s > self._longest_s:
+            raise OutsideValidity(
+                f"time_s: rows lie {interval_s:g} apart (median), read as seconds; allowed is {self._longest_s:g} s at "
+                "most, for what turns between two samples of gyros is interpolated; nothing was computed; give time_s "
+                "in seconds (a column in milliseconds looks like that), or state the rate (--rate-hz) where gyros were "
+                "read so slowly"
+            )
+        return interval_s

@@ -145,10 +145,9 @@ def attitude(
     if known is not None:
         known.store_alignment_of(package, reading_sd_v)
         return
-    settings, before = gyros or OfGyros(), samples or OfSamples()
-    if wiring is not None:
-        is_needed = package.senses_rates or settings.gyro_set is not None
-        before = before.sampled_at(wiring.rate_hz, is_needed=is_needed)
+    settings, stated = gyros or OfGyros(), samples or OfSamples()
+    is_integrated = package.senses_rates or settings.gyro_set is not None
+    before = stated if wiring is None else stated.sampled_at(wiring.rate_hz, is_needed=is_integrated)
 
     def angles_with(proven: Sequence[Stretch] | None) -> AngleStream:
         return _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring, proven)
@@ -159,7 +158,7 @@ def attitude(
     is_by_row, untested = before.average_s is None or before.low_pass_hz is None, _untested(angles, watched)
 
     def looked_after(inner: AngleStream) -> FrozenOutputs:
-        return FrozenOutputs(before.before(inner), noise, is_by_row=is_by_row, untested=untested)
+        return FrozenOutputs(stated.held_to(before.before(inner)), noise, is_by_row=is_by_row, untested=untested)
 
     def found_again() -> AngleStream | None:
         again = _again(watched, angles, angles_with)

@@ -18,6 +18,7 @@ from ams.inference.inference import Package
 from ams.inference.low_passed import LowPassedAngles, LowPassWish
 from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, Motion
+from ams.inference.stated_rate import StatedRate
 from ams.inputs.csv_table import Remedies
 from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError
@@ -70,6 +71,10 @@ class OfSamples:
                 "--rate-hz: belongs to a set of gyros, to --low-pass-hz or to --average-s: accelerometers at rest are "
                 "answered row by row"
             )
+
+    def held_to(self, found: AngleStream) -> AngleStream:
+        """Return the angles with the stated rate held against the times of their rows, where there is one."""
+        return found if self.rate_hz is None else StatedRate(found, self.rate_hz)
 
     def before(self, found: AngleStream) -> AngleStream:
         """Return the angles of filtered and averaged samples. Raises: RequestError, OutsideValidity."""
