@@ -1,7 +1,7 @@
 """What ``calrig fit`` and ``calrig.fit`` are told in the same words: model and package, gyros, day of the readings."""
 
 from collections.abc import Callable, Mapping
-from datetime import UTC, date, datetime, time
+from datetime import UTC, date, datetime, time, timedelta
 from typing import Final
 
 from ams.inputs.shared_errors import SharedError
@@ -81,12 +81,22 @@ def errors_of_gyros(
     return dict.fromkeys("xyz", tuple(found)) if found else {}
 
 
+REHEARSED_AHEAD = timedelta(days=31)
+"""The clock of a rehearsal runs ahead: so far the readings of one may be to come."""
+
+
 def measured_utc(last_utc: datetime | None, stated: str | date | None, today: date, option: Option) -> datetime | None:
     """Return when the readings were taken: as the file tells, or on the day that is stated; None where nothing says it.
 
-    Raises: RequestError for what is no day, one to come, or a day beside those of the file.
+    Raises: RequestError for what is no day, one to come (in the file by more than :data:`REHEARSED_AHEAD`), or a day
+    beside those of the file.
     """
     name = option("calibrated_on")
+    if last_utc is not None and last_utc.date() > today + REHEARSED_AHEAD:
+        raise RequestError(
+            f"column started_utc: the last reading is of {last_utc:%Y-%m-%d}, which is to come (today is {today}); "
+            "nothing was solved; correct the column: a set that is dated in the future is due for calibration too late"
+        )
     if stated is None:
         return last_utc
     if last_utc is not None:

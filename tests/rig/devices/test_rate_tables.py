@@ -59,9 +59,13 @@ class Bench:
         (IDEAL, Enable(1), b"SRV1\r\n"),  # IA2
         (IDEAL, Stop(1), b"STO\r\n"),  # IA1 sends no line end, and reads lines everywhere else
         (IDEAL, AskPosition(1), b"PPO\r\n"),
-        (ACUTRONIC, Rate(1, 10.0), b":dem:rate 1,10.0000;:mode:rate 1\n"),
-        (ACUTRONIC, Stop(1), b":dem:rate 1,0;:mode:rate 1\n"),  # AC1: "Stops movement by setting rate equal 0."
-        (ACUTRONIC, Move(1, 90.0), b":dem:pos 1,90.0000;:mode:pos 1\n"),
+        (ACUTRONIC, Rate(1, 10.0), b":dem:rate 1,10.0000;:mode:rate 1;:dem:rate 1,10.0000\n"),
+        (
+            ACUTRONIC,
+            Stop(1),
+            b":dem:rate 1,0;:mode:rate 1;:dem:rate 1,0\n",
+        ),  # AC1: "Stops movement by setting rate equal 0."
+        (ACUTRONIC, Move(1, 90.0), b":dem:pos 1,90.0000;:mode:pos 1;:dem:pos 1,90.0000\n"),
         (ACUTRONIC, Speed(1, 100.0), b":lim:rate pos,1,100.000\n"),
         (ACUTRONIC, AskPosition(1), b":read:pos? 1\n"),
     ],

@@ -101,3 +101,9 @@ def test_a_moment_that_is_none_is_refused_with_its_line(observations: Path, caps
     outcome = call(capsys, "fit", timed, *AXES, *where)
     assert outcome.status == 2
     assert "line 5: column started_utc: got 'yesterday " in outcome.err
+
+
+def test_readings_that_are_to_come_are_refused(observations: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    found = call(capsys, "fit", _timed(observations, "2126-03-02"), *AXES)
+    assert found.status == 2
+    assert "column started_utc: the last reading is of 2126-03-02, which is to come" in found.err
