@@ -22,6 +22,7 @@ from ams.inference.angle_stream import AngleStream, Answer
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.rates import GyroAngles, Motion
+from ams.inference.reliability import Unseen, unseen_errors
 from ams.inference.standing_outputs import StandingOutputs, can_stand
 from ams.inference.stated_rate import StatedRate
 from ams.inference.watched_axes import answered_at_once, watched_axes
@@ -102,6 +103,31 @@ class PackageInUse:
         temperature_degc: ArrayLike | None,
         roll_deg: ArrayLike | None,
     ) -> Attitude:
+        readings, shape = self._readings(volts, temperature_degc, roll_deg)
+        found = answer(readings)
+        angles = {name: values.reshape(shape)[()] for name, values in found.columns.items()}
+        return Attitude(**angles, codes=found.codes.reshape(shape)[()], reasons=found.reasons)
+
+    def unseen(
+        self,
+        volts: Volts,
+        chance: np.random.Generator,
+        *,
+        temperature_degc: ArrayLike | None = None,
+        roll_deg: ArrayLike | None = None,
+    ) -> Unseen | None:
+        """Return which errors of outputs these readings do not show, and how far angles are off by them.
+
+        None where the outputs do not test one another: three accelerometers do, and two packages of them.
+
+        Raises: as :meth:`attitude`.
+        """
+        return unseen_errors(self._inference, self._readings(volts, temperature_degc, roll_deg)[0], chance)
+
+    def _readings(
+        self, volts: Volts, temperature_degc: ArrayLike | None, roll_deg: ArrayLike | None
+    ) -> tuple[dict[str, FloatArray], tuple[int, ...]]:
+        """Return the readings by column in one row each, and the shape that they had."""
         outputs = outputs_by_axis(volts, self.axes, self.coefficients.sensor)
         shape = outputs[0].shape
         readings = {axis: values.ravel() for axis, values in zip(self.axes, outputs, strict=True)}
@@ -114,9 +140,7 @@ class PackageInUse:
                 f"{self.coefficients.sensor}: {' and '.join(missing)} missing; nothing was computed; give "
                 f"{' and '.join(missing)} beside the volts"
             )
-        found = answer(readings)
-        angles = {name: values.reshape(shape)[()] for name, values in found.columns.items()}
-        return Attitude(**angles, codes=found.codes.reshape(shape)[()], reasons=found.reasons)
+        return readings, shape
 
     @cached_property
     def _inference(self) -> Inference:

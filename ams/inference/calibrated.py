@@ -7,13 +7,13 @@ here.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Final
 
 import numpy as np
 
-from ams.arrays import Centring, FloatArray
+from ams.arrays import Centring, FloatArray, block_diagonal
 from ams.attitude.spread import Part
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
@@ -138,6 +138,20 @@ class CalibratedPackage:
             rows[..., index, start : start + len(sensor.names)] = sensor.rows(force)
             start += len(sensor.names)
         return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
+
+
+def parameter_parts(
+    sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None
+) -> Sequence[VarianceComponent]:
+    """Return the (Q, Q) parts of the covariance of the primary parameters of all sensors in turn."""
+    if package is not None:
+        return package.components
+    none = [np.zeros_like(sensor.covariance) for sensor in sensors]
+    return [
+        replace(part, covariance=block_diagonal([*none[:axis], part.covariance, *none[axis + 1 :]]))
+        for axis, sensor in enumerate(sensors)
+        for part in sensor.components or (VarianceComponent("", sensor.covariance, np.inf),)
+    ]
 
 
 def package_of_set(

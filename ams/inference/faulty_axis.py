@@ -15,9 +15,8 @@ from typing import Final
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray, block_diagonal
-from ams.calibration_result import VarianceComponent
-from ams.inference.calibrated import CalibratedPackage, CalibratedSensor
+from ams.arrays import BoolArray, FloatArray
+from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, parameter_parts
 from ams.statistics.distributions import chi_square_quantile, normal_quantile, student_t_quantile
 
 LEAST_ROWS: Final = 20
@@ -291,17 +290,8 @@ def _standing(rows: PackageRows, linear: _Linear, axis: int) -> Explanation:
 
 def _factor(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> FloatArray:
     """Return a root of the covariance of all parameters, widened for the degrees of freedom that its parts have."""
-    if package is not None:
-        parts = [(part.covariance, part.dof) for part in package.components]
-    else:
-        alone = [sensor.components or (VarianceComponent("", sensor.covariance, np.inf),) for sensor in sensors]
-        none = [np.zeros_like(sensor.covariance) for sensor in sensors]
-        parts = [
-            (block_diagonal([part.covariance if other == axis else none[other] for other in range(3)]), part.dof)
-            for axis, components in enumerate(alone)
-            for part in components
-        ]
-    total = np.sum([covariance * _variance_factor(dof) for covariance, dof in parts], axis=0)
+    parts = parameter_parts(sensors, package)
+    total = np.sum([part.covariance * _variance_factor(part.dof) for part in parts], axis=0)
     values, vectors = np.linalg.eigh(total)
     kept = values > 1e-15 * max(float(values[-1]), np.finfo(float).tiny)
     return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))

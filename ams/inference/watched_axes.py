@@ -142,6 +142,15 @@ class WatchedAxes(_Around):
         """How many have come."""
         return 0 if self._kept is None else self._kept.seen
 
+    @property
+    def inference(self) -> Inference:
+        return self._inference
+
+    def kept_readings(self) -> Mapping[str, FloatArray]:
+        """Return the rows evenly spaced over all that were kept, those that are numbers, by column; one and more."""
+        assert self._kept is not None
+        return self._kept.finite()
+
     def judgements(self) -> tuple[Judgement, ...]:
         """Return what all rows say of each package."""
         return self._judgements

@@ -69,6 +69,17 @@ def fdtrc(numerator_dof: ArrayLike, denominator_dof: ArrayLike, ratio: ArrayLike
     return np.where(d2 >= _AS_NORMAL_DOF, chdtrc(d1, d1 * f), share)
 
 
+def fdtri(numerator_dof: ArrayLike, denominator_dof: ArrayLike, probability: ArrayLike) -> FloatArray:
+    """Return Fisher's quantile."""
+    d1, d2, p = np.broadcast_arrays(
+        *(np.asarray(value, float) for value in (numerator_dof, denominator_dof, probability))
+    )
+    log_f = _falling_root(
+        lambda log_f: fdtrc(d1, d2, np.exp(log_f)) - (1.0 - p), np.full(d1.shape, -350.0), np.full(d1.shape, 40.0)
+    )
+    return np.exp(log_f)
+
+
 def chdtrc(degrees_of_freedom: ArrayLike, value: ArrayLike) -> FloatArray:
     """Return the share of chi-square above ``value``."""
     dof, x = np.broadcast_arrays(np.asarray(degrees_of_freedom, float), np.asarray(value, float))

@@ -95,7 +95,7 @@ def _require_channels(found: AngleStream, wiring: StreamWiring) -> None:
 
 def _answer_stream(answering: Callable[[WriterOf], None], answers: Answers) -> None:
     """Block by block, into a file as well: what was answered stays when the stream breaks."""
-    with _one_thread():
+    with one_thread():
         out = answers.out
         if out is None:
             to = None if answers.view else sys.stdout.buffer
@@ -110,7 +110,7 @@ def _answer_stream(answering: Callable[[WriterOf], None], answers: Answers) -> N
                 answering(lambda columns: (answers.writer(columns, file), file))
 
 
-def _one_thread() -> threadpool_limits:
+def one_thread() -> threadpool_limits:
     """Keep the linear algebra to one thread: its blocks are small, and beside other work two wait for each other.
 
     On a busy machine of two cores that made it five times as long.
@@ -125,7 +125,7 @@ def _answer_file(
 
     Where its rows prove something of earlier ones it is read and answered again; return whether that could be done.
     """
-    with _output(answers.out) as target, _one_thread():
+    with _output(answers.out) as target, one_thread():
         writer = _written(found, data, answers, target)
         is_flagged_throughout = data.is_file() and not is_sent(answers.out)
         again = found_again() if is_flagged_throughout else None

@@ -1,6 +1,6 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,6 +26,7 @@ from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, 
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of, used_at
+from procedures.cli.attitude.unseen import tell_unseen
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
     assumed_gravity,
@@ -35,7 +36,7 @@ from procedures.cli.attitude.untested import (
     rows_without_temperature,
     untested_temperature,
 )
-from procedures.cli.options import require_folder_of
+from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import note
 from procedures.errors import RequestError
 
@@ -63,6 +64,7 @@ def attitude(
     intervals: bool = False,
     view: bool = False,
     plot: Path | None = None,
+    json: Json = False,
     gyros: OfGyros | None = None,
     samples: OfSamples | None = None,
 ) -> None:
@@ -124,8 +126,12 @@ def attitude(
         answers are written as well.
     plot
         An SVG file: every angle along the rows with its band, and its standard deviation against pitch.
+    json
+        Print one JSON document on standard output, with --out: how many rows, and what they do not show of the outputs.
     """
     require_folder_of(plot, "--plot")
+    if json and (out is None or view):
+        raise RequestError("--json: standard output is for it alone: give --out, and no --view; nothing was read")
     if not is_sent(out):
         require_folder_of(path_of(out), "--out")
     wiring = _wiring(data, rig, stream, for_s)
@@ -139,7 +145,7 @@ def attitude(
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
     beside: dict[str, object] = {"--out": out, "--view": view, "--plot": plot, "--intervals": intervals}
-    beside |= {"--alignment": alignment, "--model-set": model_set}
+    beside |= {"--alignment": alignment, "--model-set": model_set, "--json": json}
     beside |= {"what belongs to gyros": gyros, "filters and averages": samples}
     known = known_attitudes(data, solve_alignment, known_sd_deg, [name for name, given in beside.items() if given])
     if known is not None:
@@ -165,14 +171,16 @@ def attitude(
         return None if again is None else looked_after(again)
 
     found = looked_after(watched)
-    for remark in _assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second):
-        note(remark)
+    _note_all(_assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second))
     answers = Answers(out, view, plot, package.coefficients.sensor)
-    is_flagged_throughout = answer_all(found, found_again, data, wiring, for_s, answers)
+    throughout = answer_all(found, found_again, data, wiring, for_s, answers)
     packages = _packages_of(angles, package, second)
-    for remark in _remarks_on_rows(
-        package, packages, found, watched, angles, is_flagged_throughout=is_flagged_throughout
-    ):
+    _note_all(_remarks_on_rows(package, packages, found, watched, angles, is_flagged_throughout=throughout))
+    tell_unseen(package.coefficients.sensor, angles, found.rows, json=json)
+
+
+def _note_all(remarks: Iterable[str]) -> None:
+    for remark in remarks:
         note(remark)
 
 

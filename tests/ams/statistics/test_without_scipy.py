@@ -48,6 +48,13 @@ def test_tails(numerator: float, denominator: float) -> None:
         else scipy.special.fdtrc(numerator, denominator, ratio)
     )
     assert without_scipy.fdtrc(numerator, denominator, ratio) == pytest.approx(known, rel=1e-9, abs=1e-300)
+    share = np.array([0.5, 0.95, 0.999])
+    quantile = (
+        scipy.special.chdtri(numerator, 1.0 - share) / numerator
+        if np.isinf(denominator)
+        else scipy.special.fdtri(numerator, denominator, share)
+    )
+    assert without_scipy.fdtri(numerator, denominator, share) == pytest.approx(quantile, rel=1e-8)
     tail = np.array([1e-12, 1e-3, 0.5, 0.99])
     assert without_scipy.chdtri(numerator, tail) == pytest.approx(scipy.special.chdtri(numerator, tail), rel=1e-11)
     assert without_scipy.ndtr(ratio) == pytest.approx(scipy.special.ndtr(ratio), rel=1e-14)

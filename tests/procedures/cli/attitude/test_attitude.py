@@ -127,8 +127,9 @@ def test_nothing_is_said_of_flags_where_there_are_none(
     stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data.write_text("".join(data.read_text().splitlines(keepends=True)[:3]))  # without the vertical
-    (said,) = call(capsys, "attitude", stored, data).err.splitlines()
+    said, unseen = call(capsys, "attitude", stored, data).err.splitlines()
     assert "flag" not in said.removesuffix("and no flag")
+    assert "what 2 rows do not show" in unseen
 
 
 def test_a_set_without_a_temperature_says_that_none_is_tested(

@@ -1,0 +1,32 @@
+"""What the rows of ``calrig attitude`` cannot tell of their outputs, said after the last one."""
+
+from dataclasses import asdict
+from typing import Final
+
+import numpy as np
+
+from ams.inference.angle_stream import AngleStream
+from ams.inference.reliability import unseen_of
+from ams.inference.reliability_words import unseen_in_words
+from procedures.cli.attitude.answered_rows import one_thread
+from procedures.cli.output import note, print_json
+
+_SEED: Final = 0
+"""Of the draws by which it is found."""
+
+
+def tell_unseen(sensor: str, angles: AngleStream, rows: int, *, json: bool) -> None:
+    """Say what the rows cannot tell of the outputs, and print the document of the answers where one is meant."""
+    with one_thread():
+        unseen = unseen_of(angles, np.random.default_rng(_SEED))
+    said = None if unseen is None else unseen_in_words(unseen)
+    if said is not None:
+        note(said)
+    if json:
+        print_json(
+            {
+                "sensor": sensor,
+                "rows": rows,
+                "unseen": None if unseen is None else {**asdict(unseen), "text": said},
+            }
+        )
