@@ -37,7 +37,7 @@ from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.wording import findings_of
 from ams.analysis.diagnostics.wrong_dwell_words import Convicted, wrong_dwell_finding
 from ams.arrays import FloatArray
-from ams.calibration import backlash_found, roll_turn_found, step_words
+from ams.calibration import backlash_found, step_words
 from ams.calibration.backlash_found import Play, backlash_findings
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
@@ -50,8 +50,8 @@ from ams.calibration.explained import (
     without_wrong_dwells,
 )
 from ams.calibration.moved_quantities import moves_between
+from ams.calibration.package_wide import PackageWide, package_wide_findings
 from ams.calibration.rails import without_clipped
-from ams.calibration.roll_turn_found import RollTurn, roll_turn_findings
 from ams.calibration.step_columns import beside_of, step_columns
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
 from ams.calibration_result import FTest
@@ -111,8 +111,8 @@ class Circumstances:
     plays: Sequence[Sequence[Play]] = ()
     """Of each output, the play of the table that its package shows; empty: none."""
 
-    roll_turn: RollTurn | None = None
-    """What the package turns by with roll, as all its outputs show it; None: it does not."""
+    package_wide: PackageWide | None = None
+    """What all outputs of the package show together, beside the play; None: nothing."""
 
     signs: Sequence[Sequence[Finding]] = ()
     """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
@@ -160,7 +160,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     limit, steps = circumstances.limit_of(index), circumstances.steps_of(index)
     clipped, seen = without_clipped(seen)
     plays = circumstances.plays_of(index)
-    turn = None if clipped else circumstances.roll_turn
+    wide = None if clipped else circumstances.package_wide
     if clipped:
         steps, plays = NO_STEPS, ()
     if steps.during:
@@ -171,13 +171,13 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
         steps = replace(steps, findings=_within_declared(steps.findings, part, circumstances.shared, model))
     if plays:
         seen = seen.less(backlash_found.taken_by(plays, seen.evidence, seen.index))
-    if turn is not None:
-        seen = seen.beside(roll_turn_found.columns_of(seen.evidence, seen.index), turn.turn_rad)
+    if wide is not None:
+        seen = seen.beside(*wide.taken_by(seen.evidence, seen.index))
     together = circumstances.together_of(index)
     of_plays = [backlash_found.test_of(play, circumstances.table) for play in plays]
-    of_turn = [] if turn is None else [roll_turn_found.test_of(turn)]
+    of_package = [] if wide is None else [wide.test]
     limit = limit if all(test.is_held for test in of_plays) else None  # it is told to be broken, and by what
-    made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays, *of_turn)}
+    made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays, *of_package)}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left, earth = without_earth(without_memory(without_transient(left), together))
@@ -185,7 +185,7 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     tests = without_lesser_memories(with_steps(left.tests, steps))
     diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth)
     changes = map(step_words.as_stated, steps.findings)
-    turned = (*backlash_findings(plays, tests, circumstances.table), *roll_turn_findings(turn, tests))
+    turned = (*backlash_findings(plays, tests, circumstances.table), *package_wide_findings(wide, tests))
     return replace(diagnosis, findings=(*clipped, *turned, *changes, *steps.with_undecided(diagnosis.findings)))
 
 

@@ -13,8 +13,8 @@ from ams.calibration.common_cause import AxisShown, judge_common_cause
 from ams.calibration.common_gain import OutputOfPackage, gain_finding
 from ams.calibration.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.memory import judge_memory
-from ams.calibration.package_play import Group, outputs_of, turns_of_package, with_evidence, with_turns
-from ams.calibration.roll_turn_found import RollTurn
+from ams.calibration.package_play import Group, outputs_of, shown_by_package, with_evidence, with_shown
+from ams.calibration.package_wide import PackageWide
 from ams.calibration.tilting_base import BaseTilt, judge_base, tilt_finding
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding
@@ -32,18 +32,18 @@ _LIKE_A_GAIN: Final[frozenset[FindingKind]] = frozenset(
 )
 """Of what is told as a gain already, or passes for one."""
 
-_BESIDE_THE_TURN: Final[frozenset[FindingKind]] = frozenset({"lack-of-fit", "quadratic", "cross-coupling", "cubic"})
-"""Of what the points show by the force, or the table at its indices: it is taken out where the turn is estimated."""
+_BESIDE_IT: Final[frozenset[FindingKind]] = frozenset({"lack-of-fit", "quadratic", "cross-coupling", "cubic"})
+"""Of what the points show by the force, or the table at its indices: what a package shows is shown beside it."""
 
 
 def diagnose_together(groups: Sequence[Group]) -> list[list[Diagnosis]]:
     """Return the findings of every axis of the groups of one package; again, where they show something together."""
     groups = [with_evidence(group) for group in groups]
-    plays, turn = turns_of_package([output for group in groups for output in outputs_of(group)])
-    groups = [with_turns(group, plays, None) for group in groups]
+    plays, wide = shown_by_package([output for group in groups for output in outputs_of(group)])
+    groups = [with_shown(group, plays, None) for group in groups]
     found = [diagnose(*group) for group in groups]
-    if turn is not None and _is_plainest(turn, [axis for group in found for axis in group]):
-        groups = [with_turns(group, (), turn) for group in groups]
+    if wide is not None and _is_plainest(wide, [axis for group in found for axis in group]):
+        groups = [with_shown(group, (), wide) for group in groups]
         found = [diagnose(*group) for group in groups]
     shown = iter(_shown_together([axis for group in found for axis in group]))
     found = [_again(group, axes, [next(shown) for _ in axes]) for group, axes in zip(groups, found, strict=True)]
@@ -76,15 +76,19 @@ def with_tilt(
     return [[replace(axis, findings=(*axis.findings, finding)) for axis in group] for group in found]
 
 
-def _is_plainest(turn: RollTurn, package: Sequence[Diagnosis]) -> bool:
-    """Return whether nothing else that is told, but what it is tested beside, is as plain as a turn with roll."""
+def _is_plainest(wide: PackageWide, package: Sequence[Diagnosis]) -> bool:
+    """Return whether nothing else that is told, but what it is tested beside, is as plain.
+
+    A memory as it is beside no other: where one was taken out that is none, another makes up for it.
+    """
     others = (
-        test.p_value
+        memory_of.get(name, test).p_value
         for axis in package
+        for memory_of in ({memory.name: memory for memory in axis.tests.memories},)
         for name, test in axis.tests.tests.items()
-        if axis.tests.is_significant.get(name) and test.kind not in _BESIDE_THE_TURN
+        if axis.tests.is_significant.get(name) and test.kind not in _BESIDE_IT
     )
-    return turn.p_value < min(others, default=1.0)
+    return wide.test.p_value < min(others, default=1.0)
 
 
 def _shown_together(package: Sequence[Diagnosis]) -> list[BeliefTest | None]:

@@ -13,8 +13,9 @@ from ams.calibration.backlash_found import Play
 from ams.calibration.believed import Believed, evidence_of
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Circumstances
+from ams.calibration.in_step import judge_in_step
+from ams.calibration.package_wide import PackageWide
 from ams.calibration.roll_turn import judge_roll_turn
-from ams.calibration.roll_turn_found import RollTurn
 from ams.calibration.step_columns import beside_of, step_columns
 
 Group = tuple[SolvedColumns, Circumstances, Evidence | None]
@@ -36,8 +37,8 @@ def outputs_of(group: Group) -> list[OutputOfGroup]:
     return [(*group, index) for index in range(len(group[0].problem.models))]
 
 
-def turns_of_package(package: Sequence[OutputOfGroup]) -> tuple[Sequence[Play], RollTurn | None]:
-    """Return the play of the table and the turn with roll that the outputs of a package show together.
+def shown_by_package(package: Sequence[OutputOfGroup]) -> tuple[Sequence[Play], PackageWide | None]:
+    """Return the play of the table, and what else the outputs of a package show together: the plainest of it.
 
     Each at the share of a test of every output, and neither beside the other.
     """
@@ -46,15 +47,17 @@ def turns_of_package(package: Sequence[OutputOfGroup]) -> tuple[Sequence[Play], 
         return (), None
     level = len(package) * LEVEL / under.family / MOST_TESTS
     outputs = [_without_steps(*output) for output in package]
-    return judge_play(outputs, level, under.single_approach), judge_roll_turn(outputs, level)
+    judged = (judge_roll_turn(outputs, level), judge_in_step(outputs, level))
+    wide = min((found for found in judged if found is not None), key=lambda found: found.p_value, default=None)
+    return judge_play(outputs, level, under.single_approach), wide
 
 
-def with_turns(group: Group, plays: Sequence[Play], turn: RollTurn | None) -> Group:
-    """Return a group of which the turns of its package are known."""
+def with_shown(group: Group, plays: Sequence[Play], wide: PackageWide | None) -> Group:
+    """Return a group of which is known what its package shows together."""
     solved, under, evidence = group
-    if not plays and not under.plays and turn is None:
+    if not plays and not under.plays and wide is None:
         return group
-    return solved, replace(under, plays=[plays] * len(solved.problem.models), roll_turn=turn), evidence
+    return solved, replace(under, plays=[plays] * len(solved.problem.models), package_wide=wide), evidence
 
 
 def _without_steps(

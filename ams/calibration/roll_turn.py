@@ -21,13 +21,13 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.order_columns import left_by_order
 from ams.analysis.diagnostics.point_means import spanned
 from ams.analysis.diagnostics.sensed_force import along_force, attitude_of_points, is_rolled, turned_by
-from ams.analysis.diagnostics.step_patterns import What, force, slip_pattern
+from ams.analysis.diagnostics.step_patterns import force
 from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_of_accelerometer
 from ams.arrays import FloatArray
+from ams.calibration.errors_of_table import SQUARENESS_AND_TILT, errors_of_table
 from ams.calibration.roll_turn_found import RollTurn, turned_with_roll
 from ams.calibration.table_limit import of_higher_order
 from ams.frames import AXES, Attitude
-from ams.inputs.table_uncertainty import index_labels
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.remembered import remembered
 from ams.solve.extension import blocks_of_angles
@@ -46,7 +46,7 @@ _NOTHING: Final = 1e-6
 _PASSES: Final = 3
 """That find what each output scatters by."""
 _OF_TURN: Final = slice(0, 3)
-_OF_SQUARENESS: Final = slice(3, 5)
+_OF_SQUARENESS: Final = slice(3, 3 + SQUARENESS_AND_TILT)
 _OF_TABLE: Final = slice(3, None)
 _OF_NOTHING: Final = slice(3, 3)
 """Among the columns that all outputs share: squareness and tilt, and all of the table, its index errors too."""
@@ -150,26 +150,11 @@ def _design(
     terms: FloatArray,
     in_order: FloatArray,
 ) -> _Design:
-    angles: dict[What, FloatArray | None] = {"pitch": pitch_rad, "roll": roll_rad, "yaw": yaw_rad}
     turned = turned_with_roll(pitch_rad, roll_rad, yaw_rad).reshape(-1, 3, 3).transpose(0, 2, 1)
-    nothing, across = np.zeros_like(pitch_rad), np.sin(pitch_rad)
-    sideways = np.stack([nothing, np.cos(roll_rad), -np.sin(roll_rad)], axis=1)
-    of_table = np.stack([sideways, sideways * across[:, None]], axis=2)
-    curves = [
-        _curves(angle, slip_pattern(axis, pitch_rad, roll_rad, yaw_rad))
-        for axis, angle in angles.items()
-        if angle is not None
-    ]
     q = spanned(np.hstack([basis, terms, in_order, of_higher_order(force(pitch_rad, roll_rad, yaw_rad))]))
-    whole = np.concatenate([turned, of_table, *curves], axis=2)
+    whole = np.concatenate([turned, errors_of_table(pitch_rad, roll_rad, yaw_rad)], axis=2)
     flat = whole.reshape(pitch_rad.size, -1)
     return _Design(q, (flat - q @ (q.T @ flat)).reshape(whole.shape))
-
-
-def _curves(angle_rad: FloatArray, slope: FloatArray) -> FloatArray:
-    """Return the (K, 3, i) change of the force by an error at each index of an axis, of (K, 3) a radian."""
-    _, index = np.unique(index_labels(angle_rad), return_inverse=True)
-    return np.asarray(slope[:, :, None] * np.eye(int(index.max()) + 1)[index][:, None, :])
 
 
 def _may_show(shown: Sequence[_Shown], level: float) -> bool:

@@ -1,12 +1,11 @@
 """A rotation of the package that goes with roll: what it does to each output, and its finding."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.beliefs import ROLL_TURN, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import ROLL_TURN, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.sensed_force import along_force, turned_by
 from ams.analysis.diagnostics.size_words import within
@@ -50,63 +49,56 @@ class RollTurn:
         direction = self.turn_rad / self.size_rad
         return float(np.sqrt(direction @ self.covariance @ direction))
 
+    @property
+    def test(self) -> BeliefTest:
+        """As one of every output of the package."""
+        size, uncertainty = self.size_rad, self.standard_uncertainty_rad
+        return BeliefTest(
+            ROLL_TURN, "table-rotation", self.p_value, size, uncertainty, "rad", self.dof,
+            is_held=False, axes=self.outputs,
+        )  # fmt: skip
+
+    def taken_by(self, evidence: Evidence, output: int) -> tuple[FloatArray, FloatArray]:
+        """Return (N, 3) what a radian about x, y and z of the package does to an output, and how many there are."""
+        base = accelerometer_base(evidence.models[output])
+        assert base is not None, "no other sensor shows it"
+        turned = turned_with_roll(*turned_by(base, evidence.rows)).reshape(-1, 3, 3)
+        return np.asarray(turned @ along_force(base, evidence.primary[output])), self.turn_rad
+
+    def finding(self) -> Finding:
+        """Return what is said of it: by how much over a turn of roll, and about which axes of the package."""
+        quantile, sd = float(t_quantile(0.95, self.dof)), np.sqrt(np.diagonal(self.covariance))
+        about = ", ".join(
+            f"{axis} {within(in_arcsec(size), quantile * in_arcsec(each))}″"
+            for axis, size, each in zip(AXES, self.turn_rad.tolist(), sd.tolist(), strict=True)
+        )
+        size = within(in_arcsec(self.size_rad), quantile * in_arcsec(self.standard_uncertainty_rad))
+        others = (
+            f"or it is of {self.lone_axis} alone, which shows nearly all of it: a cable that leaks as it is twisted; "
+            if self.lone_axis
+            else ""
+        )
+        fact = (
+            f"the package turns on its mount, or the table, with the angle of roll, by {size}″ from −180° to 180° "
+            f"(about {about} of the package): cables that pull, a mount that gives; {others}what of it is about x may "
+            "be index errors of roll; offset and sensitivities hold part of it that the stated uncertainties do not"
+        )
+        details: dict[str, float | str | None] = {
+            "test": ROLL_TURN,
+            "turn_with_roll_arcsec": in_arcsec(self.size_rad),
+            "standard_uncertainty_arcsec": in_arcsec(self.standard_uncertainty_rad),
+            **({"confounded_with": "sensor-change"} if self.lone_axis else {}),
+            **{
+                f"turn_about_{axis}_arcsec": in_arcsec(part)
+                for axis, part in zip(AXES, self.turn_rad.tolist(), strict=True)
+            },
+        }
+        way_out = "give the cables slack over the whole range of roll, look at the mount, and measure again"
+        return Finding("table-rotation", fact, True, self.p_value, (), details, is_held=False, what_to_do=way_out)
+
 
 @remembered(16)
 def turned_with_roll(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None) -> FloatArray:
     """Return (N, 9) ∂f of a turn by a radian a whole turn of roll, about x, then y, then z of the package."""
     parts = [slip_pattern(about, pitch_rad, roll_rad, yaw_rad) for about in _ABOUT]
     return np.asarray(np.hstack(parts) * (roll_rad / _TURN_RAD)[:, None])
-
-
-def test_of(turn: RollTurn) -> BeliefTest:
-    """Return the test as one of every output of the package."""
-    size, uncertainty = turn.size_rad, turn.standard_uncertainty_rad
-    return BeliefTest(
-        ROLL_TURN, "table-rotation", turn.p_value, size, uncertainty, "rad", turn.dof, is_held=False, axes=turn.outputs
-    )
-
-
-def columns_of(evidence: Evidence, output: int) -> FloatArray:
-    """Return (N, 3) what a radian about x, y and z of the package does to an output, in its unit."""
-    base = accelerometer_base(evidence.models[output])
-    assert base is not None, "no other sensor shows it"
-    turned = turned_with_roll(*turned_by(base, evidence.rows)).reshape(-1, 3, 3)
-    return np.asarray(turned @ along_force(base, evidence.primary[output]))
-
-
-def roll_turn_findings(turn: RollTurn | None, tests: AxisTests) -> Iterator[Finding]:
-    """Yield what is said of a rotation that the tests of an output were decided with."""
-    if turn is not None and tests.is_significant.get(ROLL_TURN):
-        yield roll_turn_finding(turn)
-
-
-def roll_turn_finding(turn: RollTurn) -> Finding:
-    """Return what is said of a rotation: by how much over a turn of roll, and about which axes of the package."""
-    quantile, sd = float(t_quantile(0.95, turn.dof)), np.sqrt(np.diagonal(turn.covariance))
-    about = ", ".join(
-        f"{axis} {within(in_arcsec(size), quantile * in_arcsec(each))}″"
-        for axis, size, each in zip(AXES, turn.turn_rad.tolist(), sd.tolist(), strict=True)
-    )
-    size = within(in_arcsec(turn.size_rad), quantile * in_arcsec(turn.standard_uncertainty_rad))
-    others = (
-        f"or it is of {turn.lone_axis} alone, which shows nearly all of it: a cable that leaks as it is twisted; "
-        if turn.lone_axis
-        else ""
-    )
-    fact = (
-        f"the package turns on its mount, or the table, with the angle of roll, by {size}″ from −180° to 180° (about "
-        f"{about} of the package): cables that pull, a mount that gives; {others}what of it is about x may be index "
-        "errors of roll; offset and sensitivities hold part of it that the stated uncertainties do not"
-    )
-    details: dict[str, float | str | None] = {
-        "test": ROLL_TURN,
-        "turn_with_roll_arcsec": in_arcsec(turn.size_rad),
-        "standard_uncertainty_arcsec": in_arcsec(turn.standard_uncertainty_rad),
-        **({"confounded_with": "sensor-change"} if turn.lone_axis else {}),
-        **{
-            f"turn_about_{axis}_arcsec": in_arcsec(part)
-            for axis, part in zip(AXES, turn.turn_rad.tolist(), strict=True)
-        },
-    }
-    way_out = "give the cables slack over the whole range of roll, look at the mount, and measure again"
-    return Finding("table-rotation", fact, True, turn.p_value, (), details, is_held=False, what_to_do=way_out)

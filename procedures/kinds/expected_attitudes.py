@@ -4,20 +4,23 @@ The solver itself is asked (:mod:`procedures.solution.expected`): same model, sa
 noise, the lack of fit and the drift that are believed beforehand and are told with the figures.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
+from ams.models.model import Model
 from ams.models.registry import model_named
 from ams.parameter_words import words_of
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.kinds.recommendations import recommendations
-from procedures.plan.drift_bias import drift_bias, time_correlation
+from procedures.plan.designs import DesignPoint
+from procedures.plan.drift_bias import TIME_CONFOUNDED, drift_bias, in_step_correlation, time_correlation
 from procedures.plan.judged_design import judge_design
+from procedures.plan.order import SHUFFLED
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
 from procedures.records.declared_gaps import thermometer_remarks, undeclared_references
@@ -168,12 +171,17 @@ def _axes(
 
 def time_correlation_of(plan: Plan) -> float:
     """Return the correlation of time with the terms of the model in the first replication."""
+    return time_correlation(*_first_replication(plan))
+
+
+def _first_replication(plan: Plan) -> tuple[Model, Sequence[DesignPoint], float]:
+    """Return the model of the first axis of the first sensor, the points in their order, and its nominal V/g."""
     by_label = {point.label: point for point in plan.design.points}
     points = [by_label[dwell.point] for dwell in plan.design_dwells if dwell.replication == 1]
     serial, sensor = next(iter(plan.sensors.items()))
     axis = str(next(iter(sensor.channels)))
     model = model_named(plan.solve.model_of(serial, rolls=sensor.rolls), axis)
-    return time_correlation(model, points, sensor.nominal_v_per_g(axis) or 1.0)
+    return model, points, sensor.nominal_v_per_g(axis) or 1.0
 
 
 def _drift_bias(plan: Plan) -> dict[str, Mapping[str, float]]:
@@ -222,6 +230,21 @@ def _advice(plan: Plan) -> Iterator[str]:
             "reference visits at attitudes that do not differ in pitch and in roll cannot tell a slip of the table "
             "from a tilt of its base, and of a lone sensor not from its own change: name two, such as [check] "
             "pitch_deg = [0, 30], roll_deg = [0, 60]"
+        )
+    yield from _advice_on_what_comes_back(plan)
+
+
+def _advice_on_what_comes_back(plan: Plan) -> Iterator[str]:
+    """Tell where what is alike in every replication passes for terms of the model."""
+    if plan.order in SHUFFLED or plan.replications == 1:
+        return
+    share = in_step_correlation(*_first_replication(plan))
+    if share >= TIME_CONFOUNDED:
+        yield (
+            f'the order "{plan.order}" is the same in every replication: what comes back with each (hum of the mains '
+            "that beats with the readings, a chamber or an air conditioning that cycles) can go with offset and "
+            f'sensitivities by {share:.2f}, and no test and no uncertainty has that part; order = "neighbours" makes '
+            "noise of it"
         )
 
 

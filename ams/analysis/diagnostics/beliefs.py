@@ -49,6 +49,7 @@ TABLE_LIMIT: Final = "table's declared limit"
 BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}" for axis in ("pitch", "roll", "yaw")}
 """Axis of the table to the test of its play."""
 ROLL_TURN: Final = "turn of the package with roll"
+IN_STEP: Final = "disturbance in step with the replications"
 SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"
 STEP: Final = "step of the output in mid-run"

@@ -7,6 +7,7 @@ from ams.analysis.diagnostics import order_words, residual_words, temperature_wo
 from ams.analysis.diagnostics.beliefs import (
     BACKLASH,
     DRIFT_OF,
+    IN_STEP,
     ROBUST,
     ROLL_TURN,
     SLIP,
@@ -18,7 +19,7 @@ from ams.analysis.diagnostics.residual_words import robust_size
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.findings import EXPLAINED_BY, Finding, Said
 
-_DIAGNOSED: Final = frozenset({SLIP, STEP, ROLL_TURN, *BACKLASH.values()})
+_DIAGNOSED: Final = frozenset({SLIP, STEP, ROLL_TURN, IN_STEP, *BACKLASH.values()})
 _TOGETHER: Final = "told by the axes of the package together"
 _WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""

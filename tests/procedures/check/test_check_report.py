@@ -54,7 +54,7 @@ def test_counts_limits_rank_and_degrees_of_freedom(tmp_path: Path):
     assert document["axes"]["roll"]["limits_deg"] == [-180.0, 180.0]
     assert document["rank"] == len(document["parameters"]) == 10
     assert document["degrees_of_freedom"] == 1472
-    assert ["a lone sensor" in entry for entry in document["advice"]] == [True]
+    assert ["a lone sensor" in entry for entry in document["advice"]] == [True, False]
 
 
 def test_the_document_is_strict_json(tmp_path: Path):
@@ -124,6 +124,19 @@ def test_advice_names_the_recommendation_that_is_not_followed(tmp_path: Path):
     assert "recommendation 1" not in advice(more="usage_pitch_deg = [-20.0, 20.0]\n")
     assert "reaches beyond the calibration" in advice(more="usage_pitch_deg = [-40.0, 40.0]\n")
     assert "recommendation 2" in advice(('"D1"', '"D"'), ("from = -180.0, to = 180.0", "from = -90.0, to = 90.0"))
+
+
+def test_advice_tells_an_order_that_lets_what_comes_back_pass_for_the_sensor(tmp_path: Path):
+    rig, passes = rig_file(tmp_path), "what comes back with each (hum of the mains"
+
+    def told(order: str, *changes) -> list[str]:
+        ordered = procedure_file(tmp_path, ('kind = "D1"', f'kind = "D1"\norder = "{order}"'), *changes)
+        return [entry for entry in check(rig, ordered).advice if passes in entry]
+
+    assert len(told("there-and-back")) == len(told("raster")) == 1
+    assert not told("neighbours")
+    assert not told("random")
+    assert not told("there-and-back", ("replications = 2", "replications = 1"))
 
 
 def test_every_part_is_printed(tmp_path: Path):

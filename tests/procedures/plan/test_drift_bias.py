@@ -9,7 +9,7 @@ from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
-from procedures.plan.drift_bias import COMPARED, drift_bias
+from procedures.plan.drift_bias import COMPARED, drift_bias, in_step_correlation
 from procedures.plan.order import sequence, visits
 
 GRID = full_grid(np.arange(-60.0, 61.0, 15.0).tolist(), np.arange(-180.0, 180.0, 30.0).tolist())
@@ -52,3 +52,23 @@ def test_a_campaign_that_drifts_is_off_by_the_predicted_bias_and_by_nothing_else
             assert value - true.get(name, 0.0) == pytest.approx(1e-4 * predicted[name], abs=1e-12)
             if order == "forward-reverse":
                 assert abs(predicted[name]) < 1e-12
+
+
+@pytest.mark.parametrize("order", COMPARED)
+def test_what_comes_back_in_each_replication_goes_with_the_model_by_the_worst_phase(order: Order) -> None:
+    """Found here by fits of single waves; there and back, a cosine is nearly −sin of pitch."""
+    visited = sequence(visits(GRID, order), order, np.random.default_rng([0, 1]))
+    pitch, roll = (np.deg2rad([getattr(point, f"{name}_deg") for point in visited]) for name in ("pitch", "roll"))
+    terms = np.stack(
+        [np.ones_like(pitch), np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=1
+    )
+    at = 2.0 * np.pi * np.arange(pitch.size) / pitch.size
+    largest = 0.0
+    for periods in (1, 2, 3):
+        for phase in np.linspace(0.0, np.pi, 181):
+            wave = np.cos(periods * at + phase)
+            left = wave - terms @ np.linalg.lstsq(terms, wave, rcond=None)[0]
+            largest = max(largest, float(np.sqrt(1.0 - left @ left / (wave @ wave))))
+    found = in_step_correlation(PitchRoll("x"), visited, 2.5)
+    assert found == pytest.approx(largest, abs=1e-3)
+    assert (found > 0.95) is (order in ("there-and-back", "forward-reverse"))
