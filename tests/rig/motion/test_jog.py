@@ -1,6 +1,7 @@
 """Laws of motion by hand: the limits of the description, absolute targets, readings with their spread."""
 
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,7 @@ from rig.assembly.open_rig import Rig, open_rig
 from rig.description.fault_plan import FaultPlan, FaultRule
 from rig.description.read import read_rig
 from rig.errors import RequestRefused
-from rig.motion.jog import home, jog_by, jog_to, readings, turn_for
+from rig.motion.jog import home, jog_by, jog_to, readings, require_room_to_turn, turn_for
 
 
 @pytest.fixture
@@ -93,3 +94,32 @@ def test_gathering_speed_is_no_part_of_a_measured_rate(tmp_path: Path) -> None:
         rate = turn_for(rig, "roll", 5.0, 4.0, rig.clock.sleep)  # 5 deg/s after 1.25 s
     assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.01)
     assert rate.turned_deg == pytest.approx(4.0 * 5.0 - 0.5 * 1.25 * 5.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("position_deg", "rate_dps", "is_allowed"),
+    [
+        (44.0, 5.0, False),
+        (44.0, -5.0, True),
+        (-44.0, -5.0, False),
+        (-44.0, 5.0, True),
+        (0.0, 5.0, True),
+        (0.0, -5.0, True),
+    ],
+)
+def test_an_axis_is_turned_towards_neither_limit_that_it_would_soon_pass(
+    rig: Rig, position_deg: float, rate_dps: float, is_allowed: bool
+) -> None:
+    with nullcontext() if is_allowed else pytest.raises(RequestRefused, match="leads beyond the limits"):
+        require_room_to_turn(rig, "pitch", position_deg, rate_dps)
+
+
+@pytest.mark.parametrize("rate_dps", [20.0, -20.0])
+def test_an_axis_whose_cables_do_not_bear_it_is_not_turned(tmp_path: Path, rate_dps: float) -> None:
+    table, stage = STAGE_FOR_ROLL
+    with open_rig(read_rig(rig_file(tmp_path, (table, f"{stage}wrap_turns = 1.0\n")))) as rig:
+        home(rig, "roll", rig.clock.sleep)
+        with pytest.raises(RequestRefused, match="cable"):
+            turn_for(rig, "roll", rate_dps, 30.0, rig.clock.sleep)  # 600 of 360 degrees
+        rig.clock.sleep(5.0)
+        assert rig.axes["roll"].state().position_deg == 0.0

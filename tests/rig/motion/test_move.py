@@ -68,6 +68,17 @@ def test_a_one_sided_approach_comes_from_its_side() -> None:
     assert bench.world.axes["pitch"].reached_deg == (-3.0, 10.0)
 
 
+def test_an_axis_that_is_there_is_approached_again_where_it_has_a_side() -> None:
+    """It may have come to its place from the other side."""
+    bench = _homed(approach_deg=-3.0)
+    _go(bench, 10.0)
+    sent: list[float] = []
+    move = bench.twin.axes[1].move
+    bench.twin.axes[1].move = lambda target_deg, now_s: (sent.append(target_deg), move(target_deg, now_s))[1]  # type: ignore[method-assign]
+    assert _go(bench, 10.0) == 10.0
+    assert sent == [7.0, 10.0]
+
+
 def test_an_approach_outside_the_limits_is_refused_before_anything_moves() -> None:
     bench = _homed(approach_deg=-3.0, limits_deg=(-10.0, 10.0))
     with pytest.raises(RequestRefused, match="move to -12°: outside the limits"):
@@ -263,6 +274,17 @@ def test_stop_all_sees_every_axis_stand_still() -> None:
 class _BrokenAxis(LyingAxis):
     def stop(self) -> None:
         raise LinkLost("roll: unplugged")
+
+
+def test_one_word_of_rest_does_not_end_a_search_for_the_home() -> None:
+    """The line may damage it: the axis is seen once more, and goes on."""
+    moving = replace(RESTING, is_moving=True, is_homed=False)
+    searched = LyingAxis(lambda look: RESTING if look == 2 or look > 6 else replace(moving, position_deg=0.1 * look))
+    clock = virtual_clock()
+    begun_s = clock.monotonic_s()
+    home_and_arrive(searched, clock, clock.sleep)
+    assert searched.looks > 6
+    assert clock.monotonic_s() - begun_s > 0.5
 
 
 def test_an_axis_that_cannot_be_stopped_keeps_no_other_from_its_stop() -> None:

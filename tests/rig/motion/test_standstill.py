@@ -1,5 +1,7 @@
 """What turns when lines are opened is stopped and told first; what is nobody's while another axis moves is a breach."""
 
+from dataclasses import replace
+
 import pytest
 from command_strikes import FAMILIES
 from motion_bench import MotionBench, motion_bench
@@ -44,6 +46,22 @@ def test_machines_at_rest_are_neither_stopped_nor_told_of(driver: str) -> None:
     assert stop_what_moves(_opened(bench), bench.clock, MotionMemory()) == [], "as delivered, without a home"
     bench.home_all()
     assert stop_what_moves(_opened(bench), bench.clock, MotionMemory()) == []
+
+
+def test_an_axis_that_turns_and_says_that_it_rests_is_stopped_by_two_looks() -> None:
+    """Some machines have no word for a rotation that was begun before."""
+    bench = motion_bench("zaber")
+    bench.home_all()
+    bench.axes["roll"].start_move(90.0)
+    bench.clock.sleep(4.0)
+    roll = bench.axes["roll"]
+    state = roll.state
+    roll.state = lambda: replace(state(), is_moving=False)
+    (told,) = stop_what_moves({"roll": roll}, bench.clock, MotionMemory())
+    assert told.startswith("roll: moves, though nothing told it to: stopped, at rest at")
+    rest_deg = state().position_deg
+    bench.clock.sleep(30.0)
+    assert state().position_deg == pytest.approx(rest_deg, abs=0.02)
 
 
 @pytest.mark.parametrize("first", ["home", "move"])
