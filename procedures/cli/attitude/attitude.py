@@ -24,8 +24,9 @@ from ams.sets.triad_section import has_unmeasured_directions
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
+from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
-from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, package_of, used_at
+from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, used_at
 from procedures.cli.attitude.unseen import tell_unseen
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,

@@ -8,7 +8,6 @@ from cyclopts import Parameter
 
 from ams.attitude.earth_rate import EarthRate
 from ams.errors import OutsideValidity
-from ams.exports.formats import load_set
 from ams.inference.aided_rates import AidedAngles, Aiding
 from ams.inference.angle_stream import AngleStream
 from ams.inference.averaged import AveragedAngles
@@ -20,6 +19,7 @@ from ams.inference.monitored import MonitoredAngles
 from ams.inference.rates import GyroAngles, Motion
 from ams.inference.stated_rate import StatedRate
 from ams.inputs.csv_table import Remedies
+from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.rig_stream import StreamWiring
 from procedures.errors import RequestError
 
@@ -167,43 +167,6 @@ def monitored(
     gyros = package_of(settings.gyro_set, settings.gyro_axis, "--gyro-axis", "gyro_", wiring=wiring)
     limit_deg = DEFAULT_AGREEMENT_DEG if settings.agreement_deg is None else settings.agreement_deg
     return MonitoredAngles(found, angles_of_gyros(gyros, None, settings, rate_hz), limit_deg)
-
-
-def package_of(
-    path: Path,
-    pairs: list[str] | None,
-    option: str,
-    prefix: str,
-    gravity_mps2: float | None = None,
-    wiring: StreamWiring | None = None,
-) -> Package:
-    """Return the set of a file with the columns of its axes; with a stream of a rig its channels.
-
-    Raises: RequestError for a pair that is none; SetError.
-    """
-    coefficients = load_set(path)
-    coefficients.check_vectors(str(path))
-    columns: dict[str, str] = {}
-    unit = next(iter(coefficients.axes.values())).form.measured_unit
-    if not pairs:
-        named = [f"{axis}={prefix}{axis}_{unit}" for axis in coefficients.axes]
-        pairs = named if wiring is None else wiring.pairs(coefficients, option)
-    for pair in pairs:
-        name, _, column = pair.partition("=")
-        if name not in coefficients.axes or not column or name in columns:
-            raise RequestError(
-                f"{option} {pair}: allowed is AXIS=COLUMN, each of {', '.join(coefficients.axes)} at most once"
-            )
-        if column in columns.values():
-            raise RequestError(
-                f"{option} {pair}: {column} is read for another axis already; every axis has a column of its own"
-            )
-        columns[name] = column
-    if wiring is not None:
-        wiring.check(columns, unit, option)
-    # Flags name axes in the set's order, in whatever order the options did.
-    ordered = {axis: columns[axis] for axis in coefficients.axes if axis in columns}
-    return Package(coefficients, ordered, gravity_mps2)
 
 
 def used_at(package: Package, gravity_mps2: float | None, uncertainty_mps2: float | None) -> Package:

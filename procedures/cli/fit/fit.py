@@ -20,7 +20,7 @@ from ams.inputs.reading_times import STARTED, last_reading_utc
 from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS, names_by_option, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
-from procedures.cli.attitude.source import package_of
+from procedures.cli.attitude.package_file import package_of
 from procedures.cli.fit.coefficient_set import WishedSet, refuse_per_g, wished_set, write_set
 from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit.joint import joint as fit_jointly

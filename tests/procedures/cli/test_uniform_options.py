@@ -94,6 +94,17 @@ def test_the_help_loads_no_command_and_no_heavy_library() -> None:
     assert done.stdout.splitlines()[-1] == "[]"
 
 
+def test_a_fit_loads_no_driver_and_no_archive() -> None:
+    """A file needs neither, and they take half as long to load as all the rest."""
+    look = (
+        "import sys; from procedures.cli.main import run_command; run_command(['fit', '--help']);"
+        "print(sorted(m for m in sys.modules if m == 'sqlalchemy'"
+        "or m.startswith(('rig.drivers.', 'ams.archive.'))))"
+    )
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
 def test_a_command_tells_its_whole_text_when_asked_for_help(capsys: pytest.CaptureFixture[str]) -> None:
     text = " ".join(call(capsys, "void", "--help").out.split())
     assert "the journal keeps the dwells and says who took them back and why" in text

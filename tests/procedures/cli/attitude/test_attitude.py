@@ -22,7 +22,7 @@ from ams.inference.inference import inference
 from ams.inputs.number_blocks import csv_blocks
 from procedures.cli.attitude import rows as attitude_rows
 from procedures.cli.attitude import stream as attitude_stream
-from procedures.cli.attitude.source import package_of
+from procedures.cli.attitude.package_file import package_of
 
 
 def rows_of(text: str) -> list[dict[str, str]]:

@@ -21,8 +21,8 @@ from ams.inference.inference import Inference, inference
 from procedures.cli.attitude import lines as attitude_lines
 from procedures.cli.attitude import rows as attitude_rows
 from procedures.cli.attitude import stream as attitude_stream
+from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.plot import PlottedRows
-from procedures.cli.attitude.source import package_of
 from procedures.cli.attitude.view import ViewedRows
 from rig.clock import VirtualClock
 
