@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 
 from rig.description.certified_angles import better_than_certified
 from rig.description.device_settings import TWIN_PORT
+from rig.description.motion_limits import impossible_motion
 from rig.description.plausible_limits import implausible_limits, implausible_temperatures
 from rig.description.ports import unusable_ports
 from rig.description.rig_file import RigDescription
@@ -32,6 +33,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _undeclared_sensitivities(file, rig, voltages)
     yield from _volts_of_other_units(file, rig, units)
     yield from implausible_limits(file, rig)
+    yield from impossible_motion(file, rig)
     yield from implausible_temperatures(file, rig)
     yield from _approved_by_nobody(file, rig)
     yield from _unusable_reference(file, rig, units)

@@ -3,6 +3,7 @@
 The strict tables here are what ``rig.toml`` is validated against.
 """
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Annotated, Literal
@@ -84,6 +85,15 @@ class AxisSettings(StrictTable):
     def moves_beside_others(self) -> bool:
         """Whether it answers, and may move, while another axis of the rig is on its way."""
         return True
+
+    @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        """Slowest and fastest that its commands can hold."""
+        return 0.0, math.inf
+
+    def motion_complaints(self) -> Iterator[tuple[str, str]]:
+        """Yield the other keys of motion that its commands cannot hold, each with a sentence."""
+        yield from ()
 
     def remarks(self) -> tuple[str, ...]:
         """Return what a person should know of this machine before a run. Raises: DescriptionError."""

@@ -8,6 +8,7 @@ fault until the axis is homed. Replies do not repeat the question: after any dou
 tell the controller's version, which no number can be taken for; and a position at rest is believed when two agree.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal, TypeVar
@@ -26,6 +27,8 @@ from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
 _SPEED_TOLERANCE = 1e-3
+_SLOWEST_DPS = 0.5 * 10.0**-wire.DECIMALS / _SPEED_TOLERANCE
+"""Slower, and the last digit that is sent is another speed."""
 _RESOLUTION_TOLERANCE = 1e-4
 _LOOKS = 3
 _TO_ZERO_COUNT = 0
@@ -51,6 +54,10 @@ class Esp301Settings(AxisSettings):
     resolution_deg: Positive | None = None
     """Of one encoder count (SU): "degrees" (SN) is a label only, which proves no scale."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
+
+    @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        return _SLOWEST_DPS, math.inf
 
 
 class Esp301Controller:

@@ -106,6 +106,11 @@ class MaestroSettings(AxisSettings):
         return self
 
     @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        one_dps = self.speed_dps / speed_units(self, PulseCalibration(self.points))
+        return one_dps, one_dps * wire.HIGHEST_NUMBER
+
+    @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:
         return "sweeps"
 
@@ -241,7 +246,7 @@ class MaestroAxis:
         self._calibration = PulseCalibration(settings.points)
         step_deg = 1.0 / (self._calibration.smallest_us_per_deg * wire.QUARTERS_PER_US)
         self.arrival_tolerance_deg = max(settings.arrival_tolerance_deg, step_deg)
-        self._speed = min(math.floor(speed_units(settings, self._calibration)), wire.HIGHEST_NUMBER)
+        self._speed = math.floor(speed_units(settings, self._calibration))
         self.top_rate_dps = settings.speed_dps
         self._target: int | None = None
         self._trusted_failures: int | None = None

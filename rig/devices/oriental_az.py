@@ -221,7 +221,7 @@ class OrientalAzAxis:
                 self._modbus.write_registers(wire.INPUTS, wire.words(0))
 
     def _operation(self, kind: int, position: int, speed_hz: int) -> Operation:
-        rate = max(self._steps(self._settings.acceleration_dps2), 1)
+        rate = self._steps(self._settings.acceleration_dps2)
         return Operation(kind, position, speed_hz, rate, rate, round(self._settings.current_percent * 10.0))
 
     def _require_ready(self, task: str, *, may_turn: bool = False) -> None:

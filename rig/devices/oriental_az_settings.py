@@ -3,6 +3,7 @@
 Source: docs/devices/oriental-az.md; the registers of gear and wrap are remembered.
 """
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -47,6 +48,19 @@ class OrientalAzSettings(rates.RevolvingSettings):
     @classmethod
     def _gear_pair(cls, value: object) -> object:
         return as_tuple(value)
+
+    @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        return self.step_deg, self.step_deg * wire.MOST_HZ
+
+    def motion_complaints(self) -> Iterator[tuple[str, str]]:
+        least, most = self.step_deg, self.step_deg * wire.MOST_RATE
+        if not least <= self.acceleration_dps2 <= most:
+            yield (
+                "acceleration_dps2",
+                f"got {self.acceleration_dps2:g} °/s², allowed is {least:g} to {most:g} °/s² (1 to {wire.MOST_RATE:_} "
+                "steps/s², with step_deg); nothing moved; correct the number, or step_deg",
+            )
 
     @property
     def modbus(self) -> tuple[str, int]:

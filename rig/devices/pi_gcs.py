@@ -7,6 +7,7 @@ own parameter and must be degrees: the same command turns a stage by degrees and
 Source: docs/devices/pi-gcs.md.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import Annotated, Literal, TypeVar
@@ -25,6 +26,8 @@ from rig.wire import pi_gcs as wire
 
 Reply = TypeVar("Reply")
 _SPEED_TOLERANCE = 1e-3
+_SLOWEST_DPS = 0.5e-6 / _SPEED_TOLERANCE
+"""Slower, and the last of the six digits that are sent is another speed."""
 _SAME_ANGLE_DEG = 1e-3
 DEGREES = ("DEG", "DEGREE", "DEGREES", "°")
 
@@ -41,6 +44,10 @@ class PiGcsSettings(AxisSettings):
     states_unit: bool = True
     """The stage tells its unit; false: you have looked that it is degrees."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
+
+    @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        return _SLOWEST_DPS, math.inf
 
     @property
     def named(self) -> str:

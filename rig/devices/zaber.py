@@ -29,6 +29,8 @@ from rig.wire.zaber import Command, Reply
 
 _TURN_TOLERANCE_DEG = 0.001
 _RATE_TOLERANCE = 1e-3
+_MOST_DATA = 2**31 - 1
+"""Data of a command are whole numbers of 32 bits with a sign."""
 
 
 class ZaberSettings(rates.RevolvingSettings):
@@ -45,6 +47,11 @@ class ZaberSettings(rates.RevolvingSettings):
     require_checksum: bool = True
     """Refuse replies without a checksum; the stage sends one where its ``comm.checksum`` is 1."""
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
+
+    @property
+    def told_speeds_dps(self) -> tuple[float, float]:
+        one_dps = self.microstep_deg / self.velocity_scale
+        return one_dps, one_dps * _MOST_DATA
 
     @property
     def line_address(self) -> tuple[int, ...]:

@@ -30,6 +30,8 @@ NO_OVERTRAVEL = -1
 SILENCE_ALARM = 0x85
 """RS-485 communication timeout: nothing came from the master for as long as the parameter of that name allows."""
 FULL_CURRENT = 1000
+MOST_HZ, MOST_RATE = 4_000_000, 1_000_000_000
+"""Largest operating speed, steps a second, and starting or stopping rate, steps a second each second."""
 """Tenths of a percent."""
 SILENCE_MS = 0x138A
 """That parameter: milliseconds, 0 is never. Remembered: a setting of the driver."""

@@ -1,0 +1,51 @@
+"""Numbers of motion that the machine cannot be told, or that its own file forbids: refused before any port is opened.
+
+A driver that clamps such a number, or a controller that refuses it, would be met when an axis is to move. What a
+controller alone knows (the top speed of its stage) is asked when a line is opened, and refused there.
+"""
+
+from collections.abc import Iterator
+from typing import Final
+
+from rig.description.rig_file import RigDescription
+from rig.toml_file import TomlFile
+
+FASTEST_DPS: Final = 36_000.0
+"""A hundred turns a second: nothing that carries a sensor turns faster."""
+WIDEST_ARRIVAL_DEG: Final = 1.0
+"""An axis that far beside its target has not arrived there, whatever it is."""
+
+
+def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
+    """Yield every speed, rate, acceleration and tolerance of an axis that is none of its machine's."""
+    for name, axis in rig.axes.items():
+        slowest_dps, fastest_dps = axis.told_speeds_dps
+        fastest_dps = min(fastest_dps, FASTEST_DPS)
+        top_dps = getattr(axis, "top_rate_dps", None)
+        for key, value in (("speed_dps", axis.speed_dps), ("top_rate_dps", top_dps)):
+            if value is not None and not slowest_dps <= value <= fastest_dps:
+                yield file.complaint(
+                    ("axes", name, key),
+                    f"got {value:g} °/s, allowed is {slowest_dps:.3g} to {fastest_dps:.6g} °/s, which driver "
+                    f"{axis.driver} can tell such a machine; nothing moved; correct the number, or its unit",
+                )
+        if top_dps is not None and axis.speed_dps > top_dps:
+            yield file.complaint(
+                ("axes", name, "speed_dps"),
+                f"got {axis.speed_dps:g} °/s, allowed is up to {top_dps:g} °/s, the largest rate of the axis "
+                "(top_rate_dps); lower it, or correct that",
+            )
+        for key, sentence in axis.motion_complaints():
+            yield file.complaint(("axes", name, key), sentence)
+        widest_deg = min(WIDEST_ARRIVAL_DEG, 0.5 * axis.increment_deg or WIDEST_ARRIVAL_DEG)
+        if axis.arrival_tolerance_deg >= widest_deg:
+            why = (
+                "half its increment_deg: it would count as there beside the next index"
+                if axis.increment_deg
+                else ("farther off it is at another attitude")
+            )
+            yield file.complaint(
+                ("axes", name, "arrival_tolerance_deg"),
+                f"got {axis.arrival_tolerance_deg:g}°, allowed is below {widest_deg:g}° ({why}); correct the number, "
+                "or its unit",
+            )
