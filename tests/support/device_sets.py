@@ -104,10 +104,27 @@ RIGS = {
 }
 
 
+CHAMBER = '[environment.air]\ndriver = "ascii-chamber"\nport = "twin"\nmodel = "thermotron-8800"\nvalues = "degc"\n'
+SLOW_DPS = 30.0
+EVERY_AXIS = {
+    name: text.replace("speed_dps = 180.0", f"speed_dps = {SLOW_DPS}")
+    for name, text in {
+        "indexing-table": _axes("indexing-table", TABLE) + METER + F4,
+        "esp301": _axes("esp301") + DAQ + F4T,
+        "zaber": _axes("zaber", "microstep_deg = 0.000234375\ntop_rate_dps = 450.0") + METER + F4,
+        "maestro": _axes("maestro", SERVO, first=0, tolerance_deg=0.1) + DAQ + F4T,
+        "pi-gcs": _axes("pi-gcs") + METER + CHAMBER,
+        "rate-table": _axes("rate-table", "top_rate_dps = 100.0") + DAQ + F4,
+        "oriental-az": _axes("oriental-az", "step_deg = 0.01\ntop_rate_dps = 100.0", tolerance_deg=0.01) + METER + F4T,
+    }.items()
+}
+"""By the driver of their axes: each that moves by itself, with meters and chambers of several kinds."""
+
+
 def device_set(name: str, folder: Path, procedure: str = CAMPAIGN) -> Bench:
-    """The small campaign on one of :data:`RIGS`."""
+    """The small campaign on one of :data:`RIGS` or :data:`EVERY_AXIS`."""
     rig_file, procedure_file = folder / "rig.toml", folder / "procedure.toml"
-    rig_file.write_text(COMMON.format(name=name) + RIGS[name], encoding="utf-8")
+    rig_file.write_text(COMMON.format(name=name) + (RIGS | EVERY_AXIS)[name], encoding="utf-8")
     procedure_file.write_text(procedure, encoding="utf-8")
     description = read_rig(rig_file)
     return Bench(folder, description, make_plan(description, read_procedure(procedure_file)))
