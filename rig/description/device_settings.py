@@ -87,7 +87,7 @@ class AxisSettings(StrictTable):
         return True
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
+    def speed_range_dps(self) -> tuple[float, float]:
         """Slowest and fastest that its commands can hold."""
         return 0.0, math.inf
 

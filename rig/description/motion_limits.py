@@ -19,7 +19,7 @@ WIDEST_ARRIVAL_DEG: Final = 1.0
 def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
     """Yield every speed, rate, acceleration and tolerance of an axis that is none of its machine's."""
     for name, axis in rig.axes.items():
-        slowest_dps, fastest_dps = axis.told_speeds_dps
+        slowest_dps, fastest_dps = axis.speed_range_dps
         fastest_dps = min(fastest_dps, FASTEST_DPS)
         top_dps = getattr(axis, "top_rate_dps", None)
         for key, value in (("speed_dps", axis.speed_dps), ("top_rate_dps", top_dps)):

@@ -26,10 +26,7 @@ from rig.link.exchange import Exchange, Patience
 from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 
-_SPEED_TOLERANCE = 1e-3
-_SLOWEST_DPS = 0.5 * 10.0**-wire.DECIMALS / _SPEED_TOLERANCE
-"""Slower, and the last digit that is sent is another speed."""
-_RESOLUTION_TOLERANCE = 1e-4
+_SPEED_TOLERANCE, _RESOLUTION_TOLERANCE = 1e-3, 1e-4
 _LOOKS = 3
 _TO_ZERO_COUNT = 0
 """The home search that only goes to the zero of the counter: there, it has nothing to do."""
@@ -56,8 +53,8 @@ class Esp301Settings(AxisSettings):
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
-        return _SLOWEST_DPS, math.inf
+    def speed_range_dps(self) -> tuple[float, float]:
+        return wire.slowest_dps(_SPEED_TOLERANCE), math.inf
 
 
 class Esp301Controller:

@@ -106,9 +106,9 @@ class MaestroSettings(AxisSettings):
         return self
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
-        one_dps = self.speed_dps / speed_units(self, PulseCalibration(self.points))
-        return one_dps, one_dps * wire.HIGHEST_NUMBER
+    def speed_range_dps(self) -> tuple[float, float]:
+        unit_dps = self.speed_dps / speed_units(self, PulseCalibration(self.points))
+        return unit_dps, unit_dps * wire.HIGHEST_NUMBER
 
     @property
     def turning(self) -> Literal["no", "revolves", "sweeps"]:

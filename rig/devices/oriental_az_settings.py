@@ -50,7 +50,7 @@ class OrientalAzSettings(rates.RevolvingSettings):
         return as_tuple(value)
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
+    def speed_range_dps(self) -> tuple[float, float]:
         return self.step_deg, self.step_deg * wire.MOST_HZ
 
     def motion_complaints(self) -> Iterator[tuple[str, str]]:

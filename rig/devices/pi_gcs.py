@@ -46,7 +46,7 @@ class PiGcsSettings(AxisSettings):
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 1.0
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
+    def speed_range_dps(self) -> tuple[float, float]:
         return _SLOWEST_DPS, math.inf
 
     @property

@@ -49,9 +49,9 @@ class ZaberSettings(rates.RevolvingSettings):
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
     @property
-    def told_speeds_dps(self) -> tuple[float, float]:
-        one_dps = self.microstep_deg / self.velocity_scale
-        return one_dps, one_dps * _MOST_DATA
+    def speed_range_dps(self) -> tuple[float, float]:
+        unit_dps = self.microstep_deg / self.velocity_scale
+        return unit_dps, unit_dps * _MOST_DATA
 
     @property
     def line_address(self) -> tuple[int, ...]:

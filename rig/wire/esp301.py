@@ -64,6 +64,11 @@ def encode(*commands: Command) -> bytes:
     return ";".join(pieces).encode("ascii") + TERMINATOR
 
 
+def slowest_dps(tolerance: float) -> float:
+    """Return the speed below which the last decimal is more than so much of it."""
+    return 0.5 * 10.0**-DECIMALS / tolerance
+
+
 def set_value(letters: str, axis: int, value: float) -> Command:
     """Return the command ``letters`` of an axis with a number of six decimals."""
     # Adding 0.0 turns −0.0 into 0.0.
