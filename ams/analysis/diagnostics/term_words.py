@@ -21,6 +21,10 @@ _DRAW_THE_ORDER: Final = (
     'draw the order of the points anew for every replication (order = "random"): what goes with the order scatters '
     "then, and what goes with the attitude stays"
 )
+_OR_THE_RATES: Final = (
+    "; or of the table's: rates that are wrong by another part at one speed, or in one sense, than at the others bend "
+    "every gyro on it alike"
+)
 _BIASED_SD: Final = 2.0
 
 
@@ -32,7 +36,7 @@ def _term(test: BeliefTest, words: AxisWords) -> Said:
 
 def _of_gyro(test: BeliefTest) -> str:
     shown = f"{_SYMBOLS[test.name][0]} = {within(test.size, 2.0 * test.uncertainty)} ppm{_or_neighbour(test)}: "
-    return shown + ", or ".join(map(_where_in_gyro, (test.name, *test.fit_as_well)))
+    return shown + ", or ".join(map(_where_in_gyro, (test.name, *test.fit_as_well))) + _OR_THE_RATES
 
 
 def _of_accelerometer(test: BeliefTest, scale: Scale) -> str:

@@ -115,6 +115,25 @@ def test_what_is_plain_is_named_with_its_size_in_ppm(scene: str, kind: str, symb
         assert finding.text in axis.warnings
 
 
+def test_a_table_whose_rates_bend_is_named_beside_the_gyro_that_it_bends() -> None:
+    """Straight gyros on a table that turns faster by 100 ppm at its largest rate, by less at lesser ones."""
+    rates = np.array([0.0, 10.0, -10.0, 25.0, -25.0, 50.0, -50.0, 100.0, -100.0])
+    stated = np.concatenate([np.outer(rates, along) for along in np.eye(3)])
+    turned = stated * (1.0 + 1e-6 * np.abs(stated))
+    chance, count = np.random.default_rng(7), 4
+    k = 0.02 * (np.eye(3) + 0.004 * chance.standard_normal((3, 3)))
+    volts = np.tile(0.02 + turned @ k.T, (count, 1)) + 5e-6 * chance.standard_normal((count * len(stated), 3))
+    rows = turning(np.tile(stated, (count, 1)))
+    found = solved(
+        Observations(np.repeat(np.arange(count), len(stated)), np.tile(np.arange(len(stated)), count),
+                     rows.pitch_rad, rows.roll_rad, dict(zip(AXES, volts.T, strict=True)), yaw_rad=rows.yaw_rad,
+                     euler_rate_rad_s=rows.euler_rate_rad_s)
+    )  # fmt: skip
+    for axis in found.values():
+        [finding] = [finding for finding in axis.findings if finding.is_significant and finding.kind == "cubic"]
+        assert "; or of the table's: rates that are wrong by another part at one speed" in finding.text
+
+
 @pytest.mark.parametrize("campaigns_drawn", [40, pytest.param(400, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("size_ppm", [0.1, 0.3, 1.0])
 def test_what_the_scale_factor_bends_is_in_the_interval_of_a_reading(campaigns_drawn: int, size_ppm: float) -> None:
