@@ -36,6 +36,7 @@ from ams.calibration.steps import judge_steps
 from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
 from ams.calibration.tilting_base import BaseTilt
 from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
+from ams.calibration.untold_curvature import bend_remarks, curvature_warnings
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.findings import Finding, significant_texts
 from ams.frames import AXES
@@ -102,10 +103,12 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], limits, curved=curved)
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
-    warnings = (*left_out, *_layout_warnings(layout, rows))
+    fitted = choices[labels[0]].model  # temperature is modelled alike of every axis
+    warnings = (*left_out, *_layout_warnings(layout, rows), *curvature_warnings(rows, fitted))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     solved_axes = {label: axes[label] for label in labels}
-    remarks = tuple(handedness(solved_axes, request.declared)) if base.convention == "TP" else ()
+    handed = handedness(solved_axes, request.declared) if base.convention == "TP" else ()
+    remarks = (*handed, *bend_remarks(rows, fitted))
     return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
 
 

@@ -19,18 +19,23 @@ from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.models.registry import model_named
 from ams.models.thermal import WithTemperature, refuse_unless_estimable
 from ams.observations import Observations
-from ams.sets.verdict_conditions import NO_COEFFICIENTS_U, TERMS_NOT_TESTED
+from ams.sets.verdict_conditions import (
+    NO_COEFFICIENTS_U,
+    RATE_TERMS_NOT_DETERMINED,
+    TERMS_NOT_DETERMINED,
+    TERMS_NOT_TESTED,
+)
 from ams.solve.extension import Extension, blocks_of_angles, judge_extension, judge_rate_terms
 from ams.solve.layout import Layout
 
 DEFAULT_REFERENCE_DEGC = 20.0
 """°C where no temperature was recorded and none is asked for."""
 NOT_DETERMINED = (
-    "terms of second and third order are not determined by these points and not in the uncertainty: a soft mount or a "
+    f"{TERMS_NOT_DETERMINED} and not in the uncertainty: a soft mount or a "
     "nonlinearity of the sensor would bend the offset; add pitch and roll angles (five or more of each, past ±45°)"
 )
 RATES_NOT_ENOUGH = (
-    "nonlinearity and asymmetry of the scale factor are not determined by these rates and not in the uncertainty: turn "
+    f"{RATE_TERMS_NOT_DETERMINED} and not in the uncertainty: turn "
     "each axis at four rates or more, standing still and both senses among them"
 )
 WHICH_LINE = (
@@ -101,7 +106,8 @@ def _with_extension(
 ) -> ModelChoice:
     """``yes``: wherever the points determine the terms; ``test``: where the F-test accepts them."""
     if request.extended == "no":
-        return ModelChoice(base)
+        is_blind = base.name == PitchRoll.name and _extended(rows, layout, base) is None
+        return ModelChoice(base, remarks=(NOT_DETERMINED,) if is_blind else ())
     if isinstance(base, Gyro):
         return _with_rate_terms(label, rows, layout, request, base)
     if base.name != PitchRoll.name:

@@ -201,12 +201,17 @@ def refuse_unless_estimable(observations: Observations, order: Order = 1) -> Non
             f"{LARGEST_CORRELATION:g}: temperature would "
             "be time in disguise; visit every plateau more than once and from both sides, or apply known coefficients"
         )
-    if order == 2 and _bend(temperature) < SMALLEST_BEND * (0.5 * span_degc) ** 2:
+    if order == 2 and not tells_curvature(temperature):
         raise DesignError(
             f"{observations.source}: temperature coefficients of second order cannot be estimated: {span_degc:.3g} °C "
             "are spanned with nearly nothing between the ends, and two temperatures determine a straight line; add a "
             "plateau between them, or solve with temperature_order 1"
         )
+
+
+def tells_curvature(temperature_degc: FloatArray) -> bool:
+    """Return whether (N,) temperatures tell a bend from a straight line: two, with hardly any between, do not."""
+    return _bend(temperature_degc) >= SMALLEST_BEND * (0.5 * float(np.ptp(temperature_degc))) ** 2
 
 
 def _bend(temperature_degc: FloatArray) -> float:

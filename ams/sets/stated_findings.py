@@ -92,6 +92,12 @@ def outside_uncertainty(document: Document) -> Iterator[str]:
     yield from (str(text) for text in listed(document.get("remarks", [])) if _OUTSIDE in str(text))
 
 
+def is_stated(document: Document, *beginnings: str) -> bool:
+    """Return whether a warning or a remark of a set's document begins with one of these words."""
+    texts = [*listed(document["warnings"]), *listed(document.get("remarks", []))]
+    return any(str(text).startswith(beginnings) for text in texts)
+
+
 def axis_reservations(document: Document) -> Iterator[tuple[str, str]]:
     """Yield axis and sentence of what must be read before a single axis is used and is not said of the package."""
     said = [*listed(document["warnings"]), *listed(document.get("remarks", []))]

@@ -22,6 +22,16 @@ NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
 NO_TIMES: Final = "no times are given"
 """How it is said of rows of which nobody knows when they were measured, and whose order lets a drift pass."""
+TERMS_NOT_DETERMINED: Final = "terms of second and third order are not determined by these points"
+"""How it is said of points at which these terms pass for offset and sensitivities, such as six of a tumble."""
+RATE_TERMS_NOT_DETERMINED: Final = "nonlinearity and asymmetry of the scale factor are not determined by these rates"
+"""How it is said of gyros of few rates."""
+REFERENCE_NOT_MEASURED: Final = "nothing was measured near the reference temperature"
+"""How a reservation begins where offset and sensitivities are stated at a temperature that nothing holds them at."""
+CURVATURE_UNDETERMINED: Final = "curvature over temperature is not told"
+"""How a reservation begins where temperature coefficients rest on two temperatures, the reference one of them."""
+CUBIC_BEND_UNDETERMINED: Final = "a bend of third order over temperature is not told by three temperatures"
+"""How the remark on three of them begins."""
 TERMS_NOT_TESTED: Final = (
     "terms of second and third order, memories of the attitudes before and slips of the table are not tested for this "
     "model: what they do passes for a drift, for a lack of fit or for a sensitivity"
@@ -46,12 +56,19 @@ _WITHOUT: Final = MappingProxyType(
 """How a remark begins, and what the verdict then says that the result is without."""
 _UNTESTED: Final = MappingProxyType(
     {
+        TERMS_NOT_DETERMINED: "terms of second and third order, which these points do not determine",
+        RATE_TERMS_NOT_DETERMINED: (
+            "nonlinearity and asymmetry of the scale factor, which these rates do not determine"
+        ),
         TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
         DIRECTIONS_NOT_MEASURED: "how the sensitive axes lie to one another",
+        CUBIC_BEND_UNDETERMINED: "a bend of third order between the three temperatures",
         NO_TIMES: "a drift inside the replications, of which no times are given",
     }
 )
 """A remark, and what the verdict then says that nobody looked for."""
+_SAID_BY: Final = MappingProxyType({TERMS_NOT_DETERMINED: TERMS_NOT_TESTED})
+"""A remark, and the one whose words in the verdict hold those of the first."""
 
 BEGINNINGS: Final = (*_WITHOUT, *_UNTESTED)
 """How every remark begins that a verdict goes on with."""
@@ -63,9 +80,10 @@ def verdict_conditions(remarks: Iterable[str]) -> str:
     Such as ``, without …, which is not declared; not tested for …``; empty where nothing lacks.
     """
     texts = tuple(remarks)
+    stated = {begins for begins in BEGINNINGS if any(text.startswith(begins) for text in texts)}
+    stated -= {begins for begins, other in _SAID_BY.items() if other in stated}
     undeclared, untested = (
-        [what for begins, what in known.items() if any(text.startswith(begins) for text in texts)]
-        for known in (_WITHOUT, _UNTESTED)
+        [what for begins, what in known.items() if begins in stated] for known in (_WITHOUT, _UNTESTED)
     )
     said = ""
     if undeclared:

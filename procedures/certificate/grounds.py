@@ -15,7 +15,7 @@ from ams.sets.canonical import Json, listed, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import NO_CERTIFICATE_WITH, StatedFinding, findings_of_set
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
-from ams.sets.verdict_conditions import NO_COEFFICIENTS_U, NO_METER, NO_THERMOMETER
+from ams.sets.verdict_conditions import NO_COEFFICIENTS_U, NO_METER, NO_THERMOMETER, REFERENCE_NOT_MEASURED
 from ams.surveillance.adjustment import Adjustment
 from procedures.errors import RequestError
 from procedures.records.declared_gaps import (
@@ -129,9 +129,8 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
         )
     )
     stated = map(str, listed(grounds.coefficients.document["warnings"]))
-    yield from (
-        Said(word) for word in stated if word.startswith((*NO_CERTIFICATE_WITH, NO_THERMOMETER, NO_COEFFICIENTS_U))
-    )
+    gaps = (*NO_CERTIFICATE_WITH, NO_THERMOMETER, NO_COEFFICIENTS_U, REFERENCE_NOT_MEASURED)
+    yield from (Said(word) for word in stated if word.startswith(gaps))
     if grounds.is_not_usable and grounds.signed.accepted_verdict is None:
         yield Said(NOBODY_ACCEPTED, how_to_close(grounds.signed))
     yield from _unaccepted(grounds.signed.unaccepted)

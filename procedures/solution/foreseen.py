@@ -17,7 +17,7 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.solution.expected import Believed, PlannedRows, assumed_degc, at_use, planned_observations
 from procedures.solution.request import request_of
-from procedures.solution.temperature_of_use import calibrated_degc, use_warnings
+from procedures.solution.temperature_of_use import beyond_measured, calibrated_degc, use_warnings
 from rig.description.rig_file import RigDescription, Sensor
 
 FACTS = ("time-confounded", "axis-undetermined")
@@ -44,7 +44,10 @@ def foreseen_warnings(
     solved = calibrate_mountings(observations, request_of(serial, rig, sensor, solve, observations))
     is_recorded = temperature_source(rig, sensor) is not None
     degc = calibrated_degc(solve.temperature, observations.temperature_degc)
-    used = use_warnings(sensor, degc, is_recorded=is_recorded)
+    used = (
+        *use_warnings(sensor, degc, is_recorded=is_recorded),
+        *beyond_measured(sensor, solve.temperature, observations.temperature_degc),
+    )
     return tuple(dict.fromkeys([*solved.warnings, *_of_axes(solved.axes), *used]))
 
 

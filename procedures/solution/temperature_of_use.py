@@ -13,6 +13,7 @@ from ams.arrays import FloatArray
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.sets.verdict_conditions import NO_TEMPERATURE
+from ams.solve.whole_plots import SMALLEST_GAP_DEGC
 from rig.description.rig_file import Sensor
 
 
@@ -29,7 +30,25 @@ def warnings_of_use(sensor: Sensor | None, temperature: str, recorded_degc: Floa
     if sensor is None:
         return ()
     degc = calibrated_degc(temperature, recorded_degc)
-    return use_warnings(sensor, degc, is_recorded=recorded_degc is not None)
+    used = use_warnings(sensor, degc, is_recorded=recorded_degc is not None)
+    return (*used, *beyond_measured(sensor, temperature, recorded_degc))
+
+
+def beyond_measured(sensor: Sensor, temperature: str, recorded_degc: FloatArray | None) -> tuple[str, ...]:
+    """Say that coefficients are used beyond the temperatures that they were estimated over, where they are."""
+    used = sensor.use_temperature_degc
+    if used is None or recorded_degc is None or temperature != "estimate":
+        return ()
+    low, high = float(recorded_degc.min()), float(recorded_degc.max())
+    beyond_degc = max(low - used[0], used[1] - high)
+    if beyond_degc <= SMALLEST_GAP_DEGC:
+        return ()
+    return (
+        f"the sensor is to be used at {used[0]:g} to {used[1]:g} °C and its temperature coefficients were measured "
+        f"over {low:.4g} to {high:.4g} °C: up to {beyond_degc:.2g} °C beyond, offset and sensitivities hold only if "
+        "they run on as they were fitted, and what they do otherwise is in no figure stated here; measure up to the "
+        "ends of the range of use",
+    )
 
 
 def at_use(request: CalibrationRequest, sensor: Sensor | None, recorded_degc: FloatArray | None) -> CalibrationRequest:

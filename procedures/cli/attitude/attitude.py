@@ -35,7 +35,9 @@ from procedures.cli.attitude.untested import (
     assumed_of_gyros,
     remarks_on_rest,
     rows_without_temperature,
+    undetermined_terms,
     untested_temperature,
+    untold_curvature,
 )
 from procedures.cli.options import Json, require_folder_of
 from procedures.cli.output import note
@@ -199,12 +201,14 @@ def _assumptions(
     field = angles.field if isinstance(angles, AidedAngles) else None
     yield from _doubts_of_sets([*_packages_of(angles, package, second), *([] if field is None else [field.package])])
     yield from untested_temperature(_packages_of(angles, package, second))
+    yield from untold_curvature(_packages_of(angles, package, second))
     if package.follows_sting:
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:
         yield _which_of_two(package, upright=geometry["upright"], right_wing_down=geometry["right_wing_down"])
     if isinstance(watched, StandingOutputs):
         yield assumed_gravity(package)
+        yield from undetermined_terms(package)
     if package.alignment is not None and package.alignment.known_sd_rad is None:
         yield f"alignment: {alignment}: {TAKEN_AS_EXACT}"
     if reading_sd_v is None and (before.average_s, before.low_pass_hz) != (None, None) and not package.senses_rates:

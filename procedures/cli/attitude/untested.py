@@ -15,6 +15,14 @@ from ams.inference.frozen_outputs import FrozenOutputs
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rates import GyroAngles
+from ams.sets.stated_findings import is_stated
+from ams.sets.verdict_conditions import (
+    CUBIC_BEND_UNDETERMINED,
+    CURVATURE_UNDETERMINED,
+    REFERENCE_NOT_MEASURED,
+    TERMS_NOT_DETERMINED,
+    TERMS_NOT_TESTED,
+)
 
 SD_OF_A_READING: Final = (
     "standard deviations count the noise of one reading, as the calibration saw it: how much less an average or a "
@@ -35,6 +43,16 @@ def assumed_gravity(package: Package) -> str:
         "rows tests it, nor the gain and the offset of an output where it reads less than one g: what three axes would "
         f"flag stays unseen; an output at its zero is flagged where {moves}"
     )
+
+
+def undetermined_terms(package: Package) -> Iterator[str]:
+    """Say of one or two axes that their calibration tells no terms of second and third order, where it tells none."""
+    if is_stated(package.coefficients.document, TERMS_NOT_DETERMINED, TERMS_NOT_TESTED):
+        yield (
+            f"{package.coefficients.sensor}: its calibration tells no terms of second and third order (a nonlinearity "
+            "of the sensor, a soft mount): what they do between the attitudes of its points is in no angle, no "
+            "standard deviation and, without a third axis, no flag"
+        )
 
 
 def _known(package: Package) -> str:
@@ -60,6 +78,23 @@ def untested_temperature(packages: Sequence[Package | GyroPackage]) -> Iterator[
             "outside it are flagged where temperature_degc tells theirs; what the sensor reads otherwise inside it is "
             "in no angle and no standard deviation"
         )
+
+
+def untold_curvature(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
+    """Say of sets whose temperature coefficients rest on too few temperatures what is taken for granted between."""
+    sets = {used.coefficients.sensor: used.coefficients.document for used in packages}
+    for name, document in sets.items():
+        if is_stated(document, REFERENCE_NOT_MEASURED, CURVATURE_UNDETERMINED):
+            yield (
+                f"{name}: its calibration tells no curvature over temperature, or was stated away from where it was "
+                "measured: offset and sensitivity are taken to run on straight, and what they do otherwise at a "
+                "temperature that was not measured is in no angle, no standard deviation and no flag"
+            )
+        elif is_stated(document, CUBIC_BEND_UNDETERMINED):
+            yield (
+                f"{name}: it was calibrated at three temperatures: what a bend of third order does to offset and "
+                "sensitivity between them is in no angle, no standard deviation and no flag"
+            )
 
 
 def rows_without_temperature(packages: Sequence[Package | GyroPackage], found: FrozenOutputs) -> Iterator[str]:

@@ -26,6 +26,7 @@ from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
 from ams.sets.stated_findings import LACKING, StatedFinding, significant_findings
+from ams.sets.verdict_conditions import CURVATURE_UNDETERMINED, REFERENCE_NOT_MEASURED
 from ams.solve.table_errors import TablePriors
 from ams.surveillance.adjustment import Acceptance, Adjustment, adjust
 from ams.surveillance.reference_attitude import ReferenceAttitude, ReferenceInWords
@@ -531,3 +532,13 @@ def test_a_result_over_temperature_needs_a_thermometer_with_a_certificate(tmp_pa
     entry = build_set(replace(solved_package(), remarks=remarks), provenance(**RELEASED))
     with pytest.raises(RequestError, match="no uncertainty of the thermometer is declared"):
         check_grounds(_grounds(coefficients=entry))
+
+
+@pytest.mark.parametrize(("beginning", "is_gap"), [(REFERENCE_NOT_MEASURED, True), (CURVATURE_UNDETERMINED, False)])
+def test_results_stated_where_nothing_was_measured_are_a_gap_and_those_at_a_plateau_have_a_reservation(
+    beginning: str, is_gap: bool
+) -> None:
+    said = f"{beginning}: and so on"
+    grounds = _grounds(coefficients=build_set(replace(solved_package(), warnings=(said,)), provenance(**RELEASED)))
+    assert (said in gaps_of(grounds)) == is_gap
+    assert f"{said[0].upper()}{said[1:]}." in _text(grounds)

@@ -4,6 +4,7 @@ from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 
+import numpy as np
 import pytest
 from example_files import EXAMPLE_RIG
 from stored_runs import DATA, StoredCase
@@ -13,7 +14,7 @@ from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.solve import solve_record
 from procedures.solution.expected_points import by_lines, expected_points
 from procedures.solution.record import RunRecord, read_record
-from procedures.solution.temperature_of_use import use_warnings
+from procedures.solution.temperature_of_use import use_warnings, warnings_of_use
 from procedures.solution.type_b import shared_errors
 from rig.description.read import read_rig
 from rig.errors import DescriptionError
@@ -47,6 +48,23 @@ def test_a_range_without_a_model_or_a_limit_is_said(tmp_path) -> None:
     assert use_warnings(sensor, None) == ()
     (said,) = use_warnings(sensor, None, is_recorded=False)
     assert said.startswith("the sensor is to be used at 15 to 30 °C, as declared, and no temperature was recorded")
+
+
+@pytest.mark.parametrize(
+    ("used", "temperature", "said"),
+    [
+        ("[0.0, 40.0]", "estimate", "over 10 to 30 °C: up to 10 °C beyond"),
+        ("[12.0, 45.0]", "estimate", "over 10 to 30 °C: up to 15 °C beyond"),
+        ("[9.0, 31.0]", "estimate", None),
+        ("[0.0, 40.0]", "apply", None),
+    ],
+)
+def test_a_range_of_use_beyond_the_temperatures_of_estimated_coefficients_is_a_reservation(
+    tmp_path, used: str, temperature: str, said: str | None
+) -> None:
+    sensor = _rig(tmp_path, use_temperature_degc=used).sensors["SN1047"]
+    found = warnings_of_use(sensor, temperature, np.array([10.0, 20.0, 30.0]))
+    assert [said in text for text in found] == [True] if said else found == ()
 
 
 @pytest.mark.parametrize(

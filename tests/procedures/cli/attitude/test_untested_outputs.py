@@ -12,6 +12,14 @@ from package_outputs import TRUTH, output_v
 from solved_sets import gyro_set, tp_set
 
 from ams.exports.formats import export_set
+from ams.sets.canonical import with_checksum
+from ams.sets.coefficients import from_document
+from ams.sets.verdict_conditions import (
+    CUBIC_BEND_UNDETERMINED,
+    CURVATURE_UNDETERMINED,
+    REFERENCE_NOT_MEASURED,
+    TERMS_NOT_DETERMINED,
+)
 
 ROWS = 40
 
@@ -90,6 +98,30 @@ def test_no_row_of_an_output_that_hangs_while_the_package_moves_has_an_angle(
     assert all(row["pitch_deg"] == "" and "output frozen" in row["flag"] for row in answers[201:320])
     assert not any("output frozen" in row["flag"] for row in answers[:201] + answers[320:])
     assert "x_v repeats one number in 119 rows" in said
+
+
+TELLS = {
+    f"{TERMS_NOT_DETERMINED} and so on": "its calibration tells no terms of second and third order",
+    f"{REFERENCE_NOT_MEASURED}: and so on": "its calibration tells no curvature over temperature",
+    f"{CURVATURE_UNDETERMINED}: and so on": "its calibration tells no curvature over temperature",
+    f"{CUBIC_BEND_UNDETERMINED}: and so on": "it was calibrated at three temperatures",
+}
+
+
+@pytest.mark.parametrize("axes", ["x", "xy", "xyz"])
+@pytest.mark.parametrize("stated", ["", *TELLS])
+def test_what_a_calibration_does_not_tell_is_said_where_its_set_is_used(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, axes: str, stated: str
+) -> None:
+    """Of terms of second and third order no more where a third axis tests the row."""
+    plain = tp_set().document
+    content = {key: value for key, value in plain.items() if key != "checksum"}
+    remarked = with_checksum({**content, "warnings": [stated], "remarks": []} if stated else content)
+    monkeypatch.setattr(f"{__name__}.tp_set", lambda: from_document(remarked, "set"))
+    said = _told(tmp_path, capsys, axes)
+    for beginning, sentence in TELLS.items():
+        is_flagged = beginning.startswith(TERMS_NOT_DETERMINED) and axes == "xyz"
+        assert (sentence in said) == (TELLS.get(stated) == sentence and not is_flagged)
 
 
 def test_three_axes_test_themselves(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
