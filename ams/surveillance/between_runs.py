@@ -1,8 +1,10 @@
 """How far two calibrations of an unchanged sensor differ: the scatter between runs, day and remount included.
 
-It is learned from successive differences, d² / 2, which a slow drift hardly touches. Over all sensors of a kind the
-median is taken (times 1 / 0.4549, the median of χ² with one degree of freedom), so that those which drift, dropped or
-were mixed up do not count; with few differences the mean. A sensor's own differences are then weighed in, so that one
+Of other sensors it is learned from how far a calibration lies from the straight line through the one before and the one
+behind it in time, e² / (1 + w² + (1 − w)²), so that no drift is in it, however large; of a sensor that was calibrated
+twice, from the difference, d² / 2. Over all sensors of a kind the median is taken (times 1 / 0.4549, the median of χ²
+with one degree of freedom), so that those which dropped or were mixed up do not count; with few of them the mean. What
+a sensor's own calibrations leave about straight lines (:mod:`ams.surveillance.regime`) is then weighed in, so that one
 that scatters more than its kind is soon judged by itself. How many degrees of freedom the others are worth follows from
 how much the sensors' own scatters differ among each other: variances moderated as by Smyth (2004), fitted to the
 logarithms, here by their median and median deviation.
@@ -25,15 +27,15 @@ from ams.surveillance.series import Population
 
 MEDIAN_OF_CHI_SQUARE_1 = 0.4549364
 ROBUST_FROM = 6
-"""Differences from which on the median is taken."""
-MEDIAN_EFFICIENCY = 0.37
-"""Degrees of freedom of the median form, of each difference."""
-DIFFERENCE_EFFICIENCY = 2.0 / 3.0
-"""Successive differences share calibrations: degrees of freedom of each (von Neumann)."""
+"""Deviations from which on the median is taken."""
+MEDIAN_EFFICIENCY = 0.25
+"""Degrees of freedom of the median form, of each deviation."""
+MEAN_EFFICIENCY = 18.0 / 35.0
+"""Successive deviations share calibrations, with correlations −2/3 and 1/6: degrees of freedom of each."""
 UNKNOWN_PRIOR_DOF = 10.0
 """Where there are too few sensors to tell how alike they are."""
 LEAST_PRIOR_DOF, MOST_PRIOR_DOF = 4.0, 1000.0
-SENSORS_TO_TELL, DIFFERENCES_TO_TELL = 8, 3
+SENSORS_TO_TELL, DEVIATIONS_TO_TELL = 8, 3
 LEARNED_FROM = 1000
 """Calibrations of other sensors from which on the sensors that follow are not asked any more."""
 
@@ -49,12 +51,10 @@ class Scatter:
     prior_dof: FloatArray
     """(p,) what it counts for beside a sensor's own."""
 
-    def with_sensor(self, squares: FloatArray, differences: int) -> "Scatter":
-        """Return the scatter weighed with the sum of d² / 2 of a sensor's own differences, (p,)."""
-        sensor_dof = DIFFERENCE_EFFICIENCY * differences
+    def with_sensor(self, squares: FloatArray, sensor_dof: int) -> "Scatter":
+        """Return the scatter weighed with a sensor's own sum of squares, (p,), of so many degrees of freedom."""
         dof = self.prior_dof + sensor_dof
-        sensor_squares = squares * (sensor_dof / differences) if differences else np.zeros_like(self.variance)
-        total = self.prior_dof * self.variance + sensor_squares
+        total = self.prior_dof * self.variance + squares
         return Scatter(np.where(dof > 0.0, total / np.where(dof > 0.0, dof, 1.0), np.nan), dof, dof)
 
 
@@ -63,20 +63,29 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
 
     It is the same for all characteristics of a kind.
     """
-    same = np.diff(population.sensor_index) == 0
-    selected = _selected(population, leave_out)
-    kept = same & np.array(
-        [label.sensor in selected and not label.is_check for label in population.labels[1:]], dtype=bool
-    )
-    halves = 0.5 * np.diff(population.coordinates, axis=0)[kept] ** 2
-    sensors = population.sensor_index[1:][kept]
+    squares, sensors = _squared_deviations(population, _selected(population, leave_out))
     width = len(population.kinds)
     variance, dof, prior = np.zeros(width), np.zeros(width), np.zeros(width)
     for kind in set(population.kinds):
         columns = [index for index, name in enumerate(population.kinds) if name == kind]
-        variance[columns], dof[columns] = _of_kind(halves[:, columns].ravel())
-        prior[columns] = np.minimum(dof[columns], _prior_dof(halves[:, columns], sensors))
+        variance[columns], dof[columns] = _of_kind(squares[:, columns].ravel())
+        prior[columns] = np.minimum(dof[columns], _prior_dof(squares[:, columns], sensors))
     return Scatter(variance, dof, prior)
+
+
+def _squared_deviations(population: Population, selected: frozenset[str]) -> tuple[FloatArray, IntArray]:
+    """Return (m, p) the variance of a calibration that each deviation tells, rad², and (m,) whose it is."""
+    coordinates, years, sensors = population.coordinates, population.years, population.sensor_index
+    counted = np.array([label.sensor in selected and not label.is_check for label in population.labels], dtype=bool)
+    middle = 1 + np.flatnonzero(counted[1:-1] & (sensors[:-2] == sensors[2:]))
+    before, span = years[middle] - years[middle - 1], years[middle + 1] - years[middle - 1]
+    weight = np.where(span > 0.0, 1.0 - before / np.where(span > 0.0, span, 1.0), 0.5)[:, None]
+    line = weight * coordinates[middle - 1] + (1.0 - weight) * coordinates[middle + 1]
+    of_middle = (coordinates[middle] - line) ** 2 / (1.0 + weight**2 + (1.0 - weight) ** 2)
+    second = 1 + np.flatnonzero(counted[1:] & (sensors[1:] == sensors[:-1]))
+    second = second[np.bincount(sensors)[sensors[second]] == 2]
+    of_pair = 0.5 * (coordinates[second] - coordinates[second - 1]) ** 2
+    return np.concatenate([of_middle, of_pair]), np.concatenate([sensors[middle], sensors[second]])
 
 
 def names_behind(names: Iterable[str], name: str | None) -> list[str]:
@@ -96,24 +105,24 @@ def _selected(population: Population, leave_out: str | None) -> frozenset[str]:
     return frozenset(name for name, before in zip(order, known, strict=False) if before < LEARNED_FROM)
 
 
-def _of_kind(halves: FloatArray) -> tuple[float, float]:
-    if halves.size == 0:
+def _of_kind(squares: FloatArray) -> tuple[float, float]:
+    if squares.size == 0:
         return 0.0, 0.0
-    if halves.size < ROBUST_FROM:
-        return float(halves.mean()), DIFFERENCE_EFFICIENCY * halves.size
-    return float(np.median(halves)) / MEDIAN_OF_CHI_SQUARE_1, MEDIAN_EFFICIENCY * halves.size
+    if squares.size < ROBUST_FROM:
+        return float(squares.mean()), MEAN_EFFICIENCY * squares.size
+    return float(np.median(squares)) / MEDIAN_OF_CHI_SQUARE_1, MEDIAN_EFFICIENCY * squares.size
 
 
-def _prior_dof(halves: FloatArray, sensors: IntArray) -> float:
+def _prior_dof(squares: FloatArray, sensors: IntArray) -> float:
     """Return the degrees of freedom of the distribution from which the sensors' own variances seem to be drawn."""
     counts = np.bincount(sensors)
-    sensors_with_enough = np.flatnonzero(counts >= DIFFERENCES_TO_TELL)
+    sensors_with_enough = np.flatnonzero(counts >= DEVIATIONS_TO_TELL)
     if sensors_with_enough.size < SENSORS_TO_TELL:
         return UNKNOWN_PRIOR_DOF
     sensor_variance = (
-        np.bincount(sensors, weights=halves.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
+        np.bincount(sensors, weights=squares.mean(axis=1))[sensors_with_enough] / counts[sensors_with_enough]
     )
-    half_dof = 0.5 * DIFFERENCE_EFFICIENCY * counts[sensors_with_enough] * halves.shape[1]
+    half_dof = 0.5 * MEAN_EFFICIENCY * counts[sensors_with_enough] * squares.shape[1]
     logarithms = np.log(np.maximum(sensor_variance, np.finfo(float).tiny)) - digamma(half_dof) + np.log(half_dof)
     deviation = SD_PER_MEDIAN_DEVIATION * np.median(np.abs(logarithms - np.median(logarithms)))
     excess = float(deviation**2 - trigamma(half_dof).mean())

@@ -30,7 +30,7 @@ from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
 from ams.statistics.distributions import f_tail, normal_quantile
 from ams.statistics.intervals import t_quantile
-from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY, pooled_scatter
+from ams.surveillance.between_runs import pooled_scatter
 from ams.surveillance.series import PointLabel, Population
 
 Cause = Literal["sensor", "table", "meter", "open"]
@@ -40,6 +40,8 @@ LEVEL = 0.002
 WITNESS_FACTOR = 3.0
 LEAST_DIFFERENCES = 4
 EWMA_WEIGHT = 0.2
+DIFFERENCE_EFFICIENCY = 2.0 / 3.0
+"""Successive differences share calibrations: degrees of freedom of each (von Neumann)."""
 STATED_LEVEL = 0.95
 METER_GAIN, METER_OFFSET = "meter gain", "meter offset"
 

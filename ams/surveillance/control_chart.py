@@ -1,10 +1,11 @@
 """A sensor's history: control charts of what is its own, and an alarm where it is not what it was.
 
 Every calibration is judged with what was known before it. As found, a characteristic must lie inside the prediction
-interval of the last calibration, y ± t·√2·s, with s the scatter between runs (:mod:`ams.surveillance.between_runs`);
-else the
-sensor has made a *step* (a drop, an overload, a repair), or it is another sensor (a *mix-up*: its characteristics are
-those that another sensor of the archive had). Over the calibrations since the last step a slope is tested: *drift*.
+interval of the calibrations before, where the last one lay, y ± t·√2·s, or further along their line, with s the scatter
+between runs (:mod:`ams.surveillance.regime`); else the sensor has made a *step* (a drop, an overload, a repair), or it
+is another sensor (a *mix-up*: its characteristics are those that another sensor of the archive had). Over the
+calibrations since the last step a slope is tested, *drift*, and whether they lie on two levels rather than on a line: a
+step further back, that was too small to be seen from one calibration or before the scatter was known.
 
 Levels: at one calibration the chance of any false step alarm over all characteristics is 0.2 %, of any false drift
 alarm 0.1 % (Bonferroni over the characteristics). A sound sensor calibrated twice a year for eight years then has less
@@ -12,8 +13,7 @@ than 5 % chance of any false alarm in all that time.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from math import ceil
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,17 +22,16 @@ from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
 from ams.parameter_words import words_of_characteristic
 from ams.statistics.distributions import chi_square_tail
-from ams.statistics.intervals import t_quantile
-from ams.surveillance.between_runs import DIFFERENCE_EFFICIENCY, Scatter, pooled_scatter
+from ams.statistics.intervals import t_factor
+from ams.surveillance.between_runs import pooled_scatter
+from ams.surveillance.regime import DRIFT_LEVEL, LEAST_DOF, LEAST_POINTS_OF_DRIFT, Regime
 from ams.surveillance.series import SECONDS_PER_YEAR, PointLabel, Population
 
-STEP_LEVEL = 0.002
-DRIFT_LEVEL = 0.001
-LEAST_DOF = 2.0
-"""Below this a scatter is not known well enough to judge by."""
-LEAST_CALIBRATIONS = 1 + ceil(LEAST_DOF / DIFFERENCE_EFFICIENCY)
-"""Of a sensor alone, before its own scatter is known so well."""
-LEAST_POINTS_OF_DRIFT = 5
+LEAST_CALIBRATIONS = 3 + int(LEAST_DOF)
+"""Of a sensor alone, the first that is judged: a line takes two, and what is left about it is the scatter."""
+FEW_DOF = 6.0
+"""Below this limits are so wide that what the certificates do not explain is told beside them."""
+STATED_LEVEL = 0.95
 _NEWEST_P, _OTHERS_P = 1e-6, 1e-4
 _REMEMBERED = 3
 
@@ -43,7 +42,9 @@ class Finding:
 
     kind: Literal["step", "drift", "mix-up"]
     at: PointLabel
-    """The calibration that told it."""
+    """The calibration that is off, or from which on the level is another; of a drift that which told it."""
+    seen: PointLabel
+    """The newest calibration when it was told."""
     characteristics: tuple[str, ...]
     """Those that told it, the strongest first; of a mix-up all."""
     size_deg: float
@@ -64,7 +65,7 @@ class Chart:
     standard_uncertainty: FloatArray
     """Of the calibrations themselves."""
     prediction_low: FloatArray
-    """The prediction interval of the calibration before, at the level of the alarm; NaN where there is none."""
+    """The prediction interval of the calibrations before, at the level of the alarm; NaN where there is none."""
     prediction_high: FloatArray
     centre: FloatArray
     """Mean since the last step, of what was known before; NaN at the start."""
@@ -92,63 +93,44 @@ class History:
     findings: tuple[Finding, ...]
     is_judged: bool
     """False while too little is known to judge anything."""
+    unexplained: str = ""
+    """What the newest calibration changed beyond what the calibrations themselves state, while too few tell how far
+    the sensor scatters; empty for nothing."""
+
+    @property
+    def unseen_deg(self) -> tuple[float, float] | None:
+        """The step at the newest calibration, and the drift a year, that had to be exceeded to be seen; the largest."""
+        known = [chart for chart in self.charts if chart.rate_standard_uncertainty is not None]
+        if not known or len(known) < len(self.charts):
+            return None
+        level = 1.0 - DRIFT_LEVEL / len(known)
+        steps = [0.5 * (chart.prediction_high[-1] - chart.prediction_low[-1]) * chart.deg_per_unit for chart in known]
+        drifts = [
+            t_factor(level, chart.scatter_dof) * (chart.rate_standard_uncertainty or 0.0) * chart.deg_per_unit
+            for chart in known
+        ]
+        return float(max(steps)), float(max(drifts))
 
     @property
     def conclusion(self) -> str:
         """What can be said where nothing was found, and what cannot be judged yet; empty where something was."""
         if len(self.labels) == 1:
             return f"cannot judge yet (1 of {LEAST_CALIBRATIONS} calibrations): there is no other to compare it with"
+        beside = f"; {self.unexplained}" if self.unexplained else ""
         if not self.is_judged:
             few = len(self.labels) < LEAST_CALIBRATIONS
             known = f" ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations)" if few else ""
-            return f"cannot judge yet{known}: the scatter between runs is not known of this kind of sensor"
+            return f"cannot judge yet{known}: the scatter between runs is not known of this kind of sensor{beside}"
         if self.findings:
             return ""
-        left = "no calibration left the prediction interval of the one before"
+        left = "no calibration left the prediction interval of those before"
         if len(self.labels) < LEAST_POINTS_OF_DRIFT:
             known = f"{len(self.labels)} of {LEAST_POINTS_OF_DRIFT} calibrations"
-            return f"no step was found: {left}; of a drift it cannot judge yet ({known})"
-        return f"nothing was found: {left}, and nothing drifts"
-
-
-@dataclass
-class _Watch:
-    """One sensor as its calibrations come in."""
-
-    coordinates: FloatArray
-    drawn_rad: FloatArray
-    """(n, p) what each calibration's own uncertainty lets it scatter."""
-    years: FloatArray
-    prior: Scatter
-    regime: list[int] = field(default_factory=lambda: [0])
-    """Calibrations since the last step, mix-ups left out."""
-    squares: FloatArray = field(init=False)
-    differences: int = 0
-
-    def __post_init__(self) -> None:
-        self.squares = np.zeros(self.coordinates.shape[1])
-
-    @property
-    def scatter(self) -> Scatter:
-        return self.prior.with_sensor(self.squares, self.differences)
-
-    def difference_variance(self, index: int) -> FloatArray:
-        """Return the (p,) variance of a calibration less the last one.
-
-        It is the scatter between runs, or what the two calibrations themselves cannot tell where that is more.
-        """
-        stated = self.drawn_rad[index] ** 2 + self.drawn_rad[self.regime[-1]] ** 2
-        return np.asarray(np.maximum(2.0 * self.scatter.variance, stated))
-
-    def accept(self, index: int) -> None:
-        """Add the next calibration of an unchanged sensor."""
-        self.squares = self.squares + 0.5 * (self.coordinates[index] - self.coordinates[self.regime[-1]]) ** 2
-        self.differences += 1
-        self.regime.append(index)
-
-    def begin_anew(self, index: int) -> None:
-        """Start a new regime with the first calibration after a step."""
-        self.regime = [index]
+            return f"no step was found: {left}; of a drift it cannot judge yet ({known}){beside}"
+        unseen = self.unseen_deg
+        hidden = "" if unseen is None else f" (a step below {unseen[0]:.4f}° or a drift below {unseen[1]:.4f}° a year "
+        hidden += "would not be seen)" if hidden else ""
+        return f"nothing was found: {left}, and no drift shows{hidden}{beside}"
 
 
 def history_of(population: Population, sensor: str) -> History:
@@ -159,62 +141,117 @@ def history_of(population: Population, sensor: str) -> History:
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
         raise ArchiveUnknown(f"history: sensor {sensor!r}: has no calibration here that counts; name one that has")
-    labels = tuple(population.labels[rows])
-    coordinates, years = population.coordinates[rows], population.years[rows]
-    watch = _Watch(coordinates, population.scatter_rad[rows], years, pooled_scatter(population, leave_out=sensor))
-    width = coordinates.shape[1]
-    low, high, centre = (np.full(coordinates.shape, np.nan) for _ in range(3))
-    alarms = np.zeros(coordinates.shape, dtype=bool)
-    findings: list[Finding] = []
-    has_drifted, is_judged = False, False
-    for index in range(1, len(labels)):
-        scatter, last = watch.scatter, coordinates[watch.regime[-1]]
-        known = scatter.dof >= LEAST_DOF
-        half = t_quantile(1.0 - STEP_LEVEL / width, scatter.dof) * np.sqrt(watch.difference_variance(index))
-        half = np.where(known, half, np.nan)
-        low[index], high[index] = last - half, last + half
-        centre[index] = coordinates[watch.regime].mean(axis=0)
-        is_judged |= bool(known.any())
-        alarms[index] = np.abs(coordinates[index] - last) > half
-        if not alarms[index].any():
-            watch.accept(index)
-            drifting = _drifting(watch)
-            if drifting.any() and not has_drifted:
-                findings.append(_drift(population, watch, labels[index], drifting))
-                has_drifted = True
-            continue
-        other = _whose(population, rows, index, watch)
+    prior = pooled_scatter(population, leave_out=sensor)
+    regime = Regime(population.coordinates[rows], population.scatter_rad[rows], population.years[rows], prior)
+    watch = _Watch(population, rows, regime)
+    for index in range(1, rows.stop - rows.start):
+        watch.judge(index)
+    return watch.history()
+
+
+class _Watch:
+    """One sensor as its calibrations come in."""
+
+    def __init__(self, population: Population, rows: slice, regime: Regime) -> None:
+        self.population, self.rows, self.regime = population, rows, regime
+        self.labels = tuple(population.labels[rows])
+        self.low, self.high, self.centre = (np.full(regime.coordinates.shape, np.nan) for _ in range(3))
+        self.alarms = np.zeros(regime.coordinates.shape, dtype=bool)
+        self.findings: list[Finding] = []
+        self.has_drifted = False
+
+    def judge(self, index: int) -> None:
+        """Hold the next calibration against those before it."""
+        regime, value = self.regime, self.regime.coordinates[index]
+        self.low[index], self.high[index] = regime.prediction(index)
+        self.centre[index] = regime.coordinates[regime.members].mean(axis=0)
+        outside = (value < self.low[index]) | (value > self.high[index])
+        if not outside.any():
+            regime.members.append(index)
+            outside = self._apart(index)
+        self.alarms[index] = outside
+        if not outside.any():
+            return
+        change = value - regime.newest
+        other = _whose(self.population, self.rows, index, regime)
         if other is not None:
-            findings.append(_mix_up(population, labels[index], coordinates[index] - last, other))
-            continue
-        findings.append(_step(population, labels[index], coordinates[index] - last, alarms[index]))
-        watch.begin_anew(index)
-        has_drifted = False
-    charts = _charts(population, rows, (low, high, centre), alarms, watch)
-    return History(
-        sensor, labels, charts, population.rotation_deg(rows), _settled(population, findings, watch), is_judged
-    )
+            self.findings.append(_mix_up(self.population, self.labels[index], change, other))
+            return
+        self.findings.append(_step(self.population, self.labels[index], self.labels[index], change, outside))
+        regime.begin_anew([index])
+        self.has_drifted = False
+
+    def _apart(self, index: int) -> BoolArray:
+        """Look at the regime with the newest in it: tell what it shows, and return (p,) where the newest alone is off.
+
+        Then it is taken out again.
+        """
+        regime = self.regime
+        nowhere = np.zeros(regime.newest.size, dtype=bool)
+        inside = regime.step_inside()
+        if inside is None:
+            self._tell_drift(index)
+            return nowhere
+        begins, where = inside
+        if begins == len(regime.members) - 1:
+            regime.members.pop()
+            return where
+        at = regime.members[begins]
+        if self.has_drifted:  # what looked like a drift is a step
+            self.findings.remove([finding for finding in self.findings if finding.kind == "drift"][-1])
+        change = regime.change_at(begins)
+        self.alarms[at] |= where
+        self.findings.append(_step(self.population, self.labels[at], self.labels[index], change, where))
+        regime.begin_anew(regime.members[begins:])
+        self.has_drifted = False
+        return nowhere
+
+    def _tell_drift(self, index: int) -> None:
+        drifting = self.regime.drifting()
+        if drifting.any() and not self.has_drifted:
+            self.findings.append(_drift(self.population, self.regime, self.labels[index], drifting))
+            self.has_drifted = True
+
+    def history(self) -> History:
+        """Return what came out, settled with the whole history at hand."""
+        is_judged = bool(np.isfinite(self.low).any())
+        self.findings, self.regime = _settled(self.population, self.findings, self.regime)
+        return History(
+            self.labels[0].sensor,
+            self.labels,
+            self._charts(),
+            self.population.rotation_deg(self.rows),
+            tuple(self.findings),
+            is_judged,
+            _unexplained(self.population, self.rows, self.regime),
+        )
+
+    def _charts(self) -> tuple[Chart, ...]:
+        found, rows, regime = self.population.characteristics, self.rows, self.regime
+        scatter, scale = regime.scatter, found.scale[rows.start : rows.start + 1]
+        has_rate = len(regime.members) >= LEAST_POINTS_OF_DRIFT
+        slope, spread = regime.slopes
+        low, high, centre = (part * scale for part in (self.low, self.high, self.centre))
+        return tuple(
+            Chart(
+                name,
+                found.value[rows, index],
+                found.standard_uncertainty[rows, index],
+                low[:, index],
+                high[:, index],
+                centre[:, index],
+                float(np.sqrt(scatter.variance[index]) * scale[0, index]),
+                float(scatter.dof[index]),
+                self.alarms[:, index],
+                float(slope[index] * scale[0, index]) if has_rate else None,
+                float(spread[index] * scale[0, index]) if has_rate else None,
+                float(np.degrees(1.0 / scale[0, index])),
+            )
+            for index, name in enumerate(found.names)
+        )
 
 
-def rates(years: FloatArray, coordinates: FloatArray, scatter: Scatter) -> tuple[FloatArray, FloatArray]:
-    """Return the (p,) slopes per year and their standard uncertainties, by least squares under a known scatter."""
-    centred = years - years.mean()
-    spread = float(centred @ centred)
-    return centred @ coordinates / spread, np.sqrt(scatter.variance / spread)
-
-
-def _drifting(watch: _Watch) -> BoolArray:
-    """Return (p,) which slopes since the last step are real."""
-    width = watch.coordinates.shape[1]
-    scatter = watch.scatter
-    if len(watch.regime) < LEAST_POINTS_OF_DRIFT:
-        return np.zeros(width, dtype=bool)
-    slope, spread = rates(watch.years[watch.regime], watch.coordinates[watch.regime], scatter)
-    limit = t_quantile(1.0 - DRIFT_LEVEL / width, scatter.dof)
-    return np.asarray((scatter.dof >= LEAST_DOF) & (np.abs(slope) > limit * spread))
-
-
-def _whose(population: Population, rows: slice, index: int, watch: _Watch) -> str | None:
+def _whose(population: Population, rows: slice, index: int, regime: Regime) -> str | None:
     """Return the sensor whose characteristics these are; None where they are nobody's, or not so far from its own.
 
     Another sensor is what the median of its last three calibrations before this one says, so that its own mix-up at
@@ -223,7 +260,7 @@ def _whose(population: Population, rows: slice, index: int, watch: _Watch) -> st
     label, found = population.labels[rows.start + index], population.coordinates[rows.start + index]
     value, scale = (getattr(population.characteristics, name)[rows.start + index] for name in ("value", "scale"))
     width = found.size
-    variance, newest = watch.difference_variance(index), watch.coordinates[watch.regime[-1]]
+    variance, newest = regime.difference_variance(index), regime.newest
     if chi_square_tail(float(((found - newest) ** 2 / variance).sum()), width) > _NEWEST_P:
         return None
     best, partner = _OTHERS_P, None
@@ -248,14 +285,15 @@ def _others(population: Population, label: PointLabel) -> list[tuple[int, int]]:
     return found
 
 
-def _step(population: Population, at: PointLabel, change: FloatArray, alarms: BoolArray) -> Finding:
-    names = _strongest(population, np.where(alarms, np.abs(change), 0.0), int(alarms.sum()))
-    size = float(np.degrees(np.abs(change[alarms]).max()))
+def _step(population: Population, at: PointLabel, seen: PointLabel, change: FloatArray, where: BoolArray) -> Finding:
+    names = _strongest(population, np.where(where, np.abs(change), 0.0), int(where.sum()))
+    size = float(np.degrees(np.abs(change[where]).max()))
+    later = "" if seen == at else f" (seen at {seen.created_utc:%Y-%m-%d})"
     sentence = (
-        f"{at.sensor}: at {at.created_utc:%Y-%m-%d} {_in_words(names)} left the prediction interval of the last "
-        f"calibration, by {size:.4f}° as an angle: the sensor made a step (drop, overload, repair?)"
+        f"{at.sensor}: at {at.created_utc:%Y-%m-%d} {_in_words(names)} left what the calibrations before foretell, "
+        f"by {size:.4f}° as an angle{later}: the sensor made a step (drop, overload, repair?)"
     )
-    return Finding("step", at, names, size, None, sentence)
+    return Finding("step", at, seen, names, size, None, sentence)
 
 
 def _mix_up(population: Population, at: PointLabel, change: FloatArray, partner: str) -> Finding:
@@ -264,18 +302,18 @@ def _mix_up(population: Population, at: PointLabel, change: FloatArray, partner:
         f"{at.sensor}: what was calibrated as it at {at.created_utc:%Y-%m-%d} has the characteristics of {partner}: "
         "the two were mixed up; look at the serial numbers and at the other's calibration"
     )
-    return Finding("mix-up", at, names, float(np.degrees(np.abs(change).max())), partner, sentence)
+    return Finding("mix-up", at, at, names, float(np.degrees(np.abs(change).max())), partner, sentence)
 
 
-def _drift(population: Population, watch: _Watch, at: PointLabel, drifting: BoolArray) -> Finding:
-    slope, _ = rates(watch.years[watch.regime], watch.coordinates[watch.regime], watch.scatter)
+def _drift(population: Population, regime: Regime, at: PointLabel, drifting: BoolArray) -> Finding:
+    slope, _ = regime.slopes
     names = _strongest(population, np.where(drifting, np.abs(slope), 0.0), int(drifting.sum()))
     rate = float(np.degrees(np.abs(slope[drifting]).max()))
     sentence = (
         f"{at.sensor}: {_in_words(names)} drift, by {rate:.4f}° a year as an angle, since "
-        f"{len(watch.regime)} calibrations (seen at {at.created_utc:%Y-%m-%d})"
+        f"{len(regime.members)} calibrations (seen at {at.created_utc:%Y-%m-%d})"
     )
-    return Finding("drift", at, names, rate, None, sentence)
+    return Finding("drift", at, at, names, rate, None, sentence)
 
 
 def _strongest(population: Population, strength: FloatArray, count: int) -> tuple[str, ...]:
@@ -286,27 +324,51 @@ def _in_words(names: Sequence[str]) -> str:
     return ", ".join(map(words_of_characteristic, names))
 
 
-def _settled(population: Population, findings: Sequence[Finding], watch: _Watch) -> tuple[Finding, ...]:
-    """Settle the findings with the whole history at hand.
+def _settled(population: Population, findings: list[Finding], regime: Regime) -> tuple[list[Finding], Regime]:
+    """Settle the findings with the whole history at hand, and return the calibrations since the last step.
 
     Steps of what goes up steadily are one drift, seen when it was first seen.
     """
     steps = [finding for finding in findings if finding.kind == "step"]
     if not steps:
-        return tuple(findings)
+        return findings, regime
     mixed = {finding.at.sha256 for finding in findings if finding.kind == "mix-up"}
     rows = population.rows_of(steps[0].at.sensor)
     kept = [index for index, label in enumerate(population.labels[rows]) if label.sha256 not in mixed]
-    years, coordinates = watch.years[kept], watch.coordinates[kept]
     column = population.characteristics.names.index(steps[0].characteristics[0])
-    if len(kept) < LEAST_POINTS_OF_DRIFT or not _is_steady(years, coordinates[:, column]):
-        return tuple(findings)
-    whole = _Watch(watch.coordinates, watch.drawn_rad, watch.years, watch.prior, kept, watch.differences)
-    whole.squares = watch.squares
-    telling = np.zeros(coordinates.shape[1], dtype=bool)
+    if len(kept) < LEAST_POINTS_OF_DRIFT or not _is_steady(regime.years[kept], regime.coordinates[kept, column]):
+        return findings, regime
+    whole = replace(regime, members=kept, prior=regime.prior)
+    telling = np.zeros(regime.newest.size, dtype=bool)
     telling[column] = True
-    drift = _drift(population, whole, min(findings, key=lambda finding: finding.at.created_utc).at, telling)
-    return (drift, *(finding for finding in findings if finding.kind == "mix-up"))
+    drift = _drift(population, whole, min(findings, key=lambda finding: finding.seen.created_utc).seen, telling)
+    return [drift, *(finding for finding in findings if finding.kind == "mix-up")], whole
+
+
+def _unexplained(population: Population, rows: slice, regime: Regime) -> str:
+    """Return what the newest calibration is off from an earlier one, beyond what both state; empty for nothing.
+
+    Only while few calibrations tell the scatter between runs.
+    """
+    *before, newest = range(rows.stop - rows.start)
+    if not before or regime.scatter.dof.min() >= FEW_DOF:
+        return ""
+    change = np.abs(regime.coordinates[newest] - regime.coordinates[before])
+    level = 1.0 - (1.0 - STATED_LEVEL) / change.size
+    stated = t_factor(level, np.inf) * np.sqrt(regime.drawn_rad[newest] ** 2 + regime.drawn_rad[before] ** 2)
+    farthest = np.argmax(change - stated, axis=0)
+    changes = [
+        f"{words_of_characteristic(population.characteristics.names[column])} by {np.degrees(change[at, column]):.4f}° "
+        f"since {population.labels[rows][at].created_utc:%Y-%m-%d} ({np.degrees(stated[at, column]):.4f}°)"
+        for column, at in enumerate(farthest.tolist())
+        if change[at, column] > stated[at, column]
+    ]
+    if not changes:
+        return ""
+    return (
+        f"more than the two calibrations' own uncertainties explain (in brackets) changed {', '.join(changes)}: the "
+        "sensor changed, or it scatters more between runs than these few calibrations tell"
+    )
 
 
 def _is_steady(years: FloatArray, values: FloatArray) -> bool:
@@ -316,36 +378,3 @@ def _is_steady(years: FloatArray, values: FloatArray) -> bool:
     halves = ((values[:cut], values[cut:]) for cut in range(1, values.size))
     of_step = min(float(((a - a.mean()) ** 2).sum() + ((b - b.mean()) ** 2).sum()) for a, b in halves)
     return of_line < of_step
-
-
-def _charts(
-    population: Population,
-    rows: slice,
-    limits: tuple[FloatArray, FloatArray, FloatArray],
-    alarms: BoolArray,
-    watch: _Watch,
-) -> tuple[Chart, ...]:
-    found, scatter = population.characteristics, watch.scatter
-    scale = found.scale[rows.start : rows.start + 1]
-    has_rate = len(watch.regime) >= LEAST_POINTS_OF_DRIFT
-    slope, spread = (
-        rates(watch.years[watch.regime], watch.coordinates[watch.regime], scatter) if has_rate else (None, None)
-    )
-    low, high, centre = (part * scale for part in limits)
-    return tuple(
-        Chart(
-            name,
-            found.value[rows, index],
-            found.standard_uncertainty[rows, index],
-            low[:, index],
-            high[:, index],
-            centre[:, index],
-            float(np.sqrt(scatter.variance[index]) * scale[0, index]),
-            float(scatter.dof[index]),
-            alarms[:, index],
-            None if slope is None else float(slope[index] * scale[0, index]),
-            None if spread is None else float(spread[index] * scale[0, index]),
-            float(np.degrees(1.0 / scale[0, index])),
-        )
-        for index, name in enumerate(found.names)
-    )

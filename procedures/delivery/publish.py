@@ -7,6 +7,7 @@ from pathlib import Path
 from ams.archive.dated_ahead import archived_ahead
 from ams.archive.histories import history
 from ams.archive.runs import MeasuredSensor, Override, PublishedRun, RunEntry, publish_run
+from ams.archive.sets import Publication
 from ams.errors import ArchiveError, ArchiveUnknown
 from ams.findings import Finding
 from ams.sets.coefficients import CoefficientSet
@@ -83,22 +84,32 @@ def run_entry(folder: Path, record: RunRecord) -> RunEntry:
     )
 
 
-def history_findings(archive_url: str, published: PublishedRun, now_utc: datetime) -> Iterator[str]:
-    """Yield what each sensor's history finds of the calibration that was published just now, a sentence each; before
-    that which of the sensor's sets are dated after ``now_utc``.
+def history_findings(archive_url: str, publications: Sequence[Publication], now_utc: datetime) -> Iterator[str]:
+    """Yield what each sensor's history says with the calibration that was published just now, a sentence each.
+
+    That is what was seen by it, a drift that goes on, and a change that its uncertainties do not explain where nothing
+    can be judged yet; all of it where later calibrations are there already. Before that which of the sensor's sets are
+    dated after ``now_utc``.
     """
     try:
-        yield from archived_ahead(archive_url, [publication.sensor for publication in published.publications], now_utc)
+        yield from archived_ahead(archive_url, [publication.sensor for publication in publications], now_utc)
     except ArchiveError as error:
         yield str(error)
-    for publication in published.publications:
+    for publication in publications:
+        if not publication.is_new:
+            continue
         try:
-            found = history(archive_url, publication.sensor).history.findings if publication.is_new else ()
+            found = history(archive_url, publication.sensor).history
         except ArchiveUnknown:  # its only set is in quarantine, which counts for no history and is told with the run
             continue
         except ArchiveError as error:  # what was published stands; only the look at the years before is missing
             yield str(error)
             continue
-        for finding in found:
-            if finding.at.sha256 == publication.sha256:
+        is_newest = found.labels[-1].sha256 == publication.sha256
+        last = max((at for at, finding in enumerate(found.findings) if finding.kind != "mix-up"), default=None)
+        for at, finding in enumerate(found.findings):
+            goes_on = finding.kind == "drift" and at == last
+            if not is_newest or goes_on or publication.sha256 in (finding.at.sha256, finding.seen.sha256):
                 yield f"{finding.sentence}{f' (but {finding.rig_cause})' if finding.rig_cause else ''}"
+        if is_newest and not found.findings and found.unexplained:
+            yield f"{publication.sensor}: {found.unexplained}"

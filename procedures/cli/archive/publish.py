@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ams.archive.dated_ahead import archived_ahead
 from ams.archive.refusals import without_password
 from ams.archive.runs import Override
 from ams.archive.sets import Publication, list_sets
@@ -19,7 +18,7 @@ from ams.sets.stated_verdict import Withdrawal
 from procedures.cli.archive.text import adjustment_lines, plain
 from procedures.cli.locations import JOURNAL, archive_url, find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
-from procedures.cli.output import note, print_json, say
+from procedures.cli.output import note, note_paragraph, print_json, say
 from procedures.cli.run.archive_url import url_of_run
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.publish import history_findings
@@ -65,6 +64,7 @@ def publish(
         folder, lambda simulated: url_of_run(folder, archive, is_simulated=simulated), word, succession
     )
     gone = _withdrawn(url, published.publications)
+    _tell_history(url, published.publications)
     if json:
         sets = [_entry(publication, gone) for publication in published.publications]
         found = {name: plain(asdict(adjustment)) for name, adjustment in published.adjustments.items()}
@@ -75,8 +75,6 @@ def publish(
         say(_outcome(publication, gone, shown))
         for line in adjustment_lines(published.adjustments.get(publication.sensor)):
             say(f"  {line}")
-    for finding in history_findings(url, published, SystemClock().now_utc()):
-        say(f"look at this: {finding}")
 
 
 def _publish_file(file: Path, archive: str | None, *, is_answered_for: bool, json: bool) -> None:
@@ -96,12 +94,17 @@ def _publish_file(file: Path, archive: str | None, *, is_answered_for: bool, jso
     url = archive_url(archive)
     (publication,) = publish_sets(url, [coefficients], SystemClock().now_utc())
     gone = _withdrawn(url, [publication])
+    _tell_history(url, [publication])
     if json:
         print_json({"archive": without_password(url), "sets": [_entry(publication, gone)], "adjustments": {}})
         return
     say(_outcome(publication, gone, without_password(url)))
-    for sentence in archived_ahead(url, [publication.sensor], SystemClock().now_utc()):
-        say(f"look at this: {sentence}")
+
+
+def _tell_history(url: str, publications: Sequence[Publication]) -> None:
+    """Tell on standard error what the histories say with what was published just now."""
+    for sentence in history_findings(url, publications, SystemClock().now_utc()):
+        note_paragraph(f"look at this: {sentence}")
 
 
 def _withdrawn(url: str, publications: Sequence[Publication]) -> dict[str, Withdrawal]:

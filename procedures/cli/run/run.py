@@ -268,7 +268,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     for failure in solved.failures if solved.is_finished else ():
         note(failure)
     if delivery.archived is not None and delivery.archive_url is not None:
-        for finding in history_findings(delivery.archive_url, delivery.archived, SystemClock().now_utc()):
+        for finding in history_findings(delivery.archive_url, delivery.archived.publications, SystemClock().now_utc()):
             note_paragraph(f"look at this: {finding}")
     with telling_what_is_done(folder):
         if json:

@@ -196,9 +196,11 @@ def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archi
 
     for day in range(0, 250, 50):
         sensors = [a_sensor(day), a_sensor(day, "SN2", gain=1.01)]
-        assert not list(history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW), LATER))
+        assert not list(
+            history_findings(archive.url, publish_run(archive.url, a_run(day), sensors, NOW).publications, LATER)
+        )
     mixed = [a_sensor(250, "SN1", gain=1.01), a_sensor(250, "SN2")]
-    found = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW), LATER))
+    found = list(history_findings(archive.url, publish_run(archive.url, a_run(250), mixed, NOW).publications, LATER))
     assert len(found) == 2
     assert "SN1: what was calibrated as it at 2026-09-18 has the characteristics of SN2" in found[0]
 
@@ -207,7 +209,7 @@ def test_of_a_set_in_quarantine_no_history_is_missed(archive: Any) -> None:
     from procedures.delivery.publish import history_findings
 
     alone = publish_run(archive.url, a_run(0), [turned(a_sensor(0, "SN9"))], NOW)
-    assert list(history_findings(archive.url, alone, NOW)) == []
+    assert list(history_findings(archive.url, alone.publications, NOW)) == []
 
 
 def test_a_set_whose_table_turned_is_kept_in_quarantine_and_is_nobodys_previous(archive: Any) -> None:

@@ -132,7 +132,8 @@ def test_a_lone_sensor_is_not_judged_before_its_scatter_is_known_and_then_is() -
         columns = {name: getattr(numbers, name)[part] for name in ("primary", "covariance", "scatter")}
         return Population(archive.population.labels[part], replace(numbers, **columns))
 
-    assert not history_of(first(3), archive.dropped[0]).is_judged
+    assert not history_of(first(4), archive.dropped[0]).is_judged
+    assert history_of(first(5), archive.dropped[0]).is_judged
     assert [finding.kind for finding in history_of(first(16), archive.dropped[0]).findings] == ["step"]
 
 
@@ -180,5 +181,5 @@ def test_what_cannot_be_judged_yet_is_not_called_sound() -> None:
     two = History("SN1", tuple("ab"), (), np.zeros((2, 3)), (), is_judged=True)  # type: ignore[arg-type]
     assert "nothing" not in two.conclusion
     assert two.conclusion.endswith("of a drift it cannot judge yet (2 of 5 calibrations)")
-    assert replace(two, is_judged=False).conclusion.startswith("cannot judge yet (2 of 4 calibrations)")
+    assert replace(two, is_judged=False).conclusion.startswith("cannot judge yet (2 of 5 calibrations)")
     assert replace(two, labels=tuple("abcde")).conclusion.startswith("nothing was found")  # type: ignore[arg-type]

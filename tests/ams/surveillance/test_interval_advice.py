@@ -60,12 +60,53 @@ def test_a_scatter_that_is_known_by_few_calibrations_shortens_the_interval_by_st
 
 
 @pytest.mark.parametrize("calibrations", [5, 7, 10])
-def test_a_sensor_alone_knows_its_scatter_by_two_thirds_of_its_differences(calibrations: int) -> None:
-    """Differences of successive calibrations share one of them (von Neumann 1941): two thirds of a degree each."""
+def test_a_sensor_alone_knows_its_scatter_by_its_calibrations_less_the_two_of_a_line(calibrations: int) -> None:
     population = synthetic_archive(np.random.default_rng(5), STORY).population
     start = population.rows_of(population.labels[0].sensor).start
     part = slice(start, start + calibrations)
     columns = {name: getattr(population.numbers, name)[part] for name in ("primary", "covariance", "scatter")}
     alone = Population(population.labels[part], replace(population.numbers, **columns))
     charts = history_of(alone, alone.labels[0].sensor).charts
-    assert [chart.scatter_dof for chart in charts] == pytest.approx([2.0 / 3.0 * (calibrations - 1)] * len(charts))
+    assert [chart.scatter_dof for chart in charts] == [calibrations - 2] * len(charts)
+
+
+def _history_of(
+    rate_deg: float, scatter_deg: float, values_deg: tuple[float, ...], *, is_rated: bool = True
+) -> History:
+    """Return a history of yearly calibrations with one chart in degrees."""
+    count = len(values_deg)
+    labels = tuple(replace(LABEL, created_utc=LABEL.created_utc + timedelta(days=365 * at)) for at in range(count))
+    nothing, never = np.full(count, np.nan), np.zeros(count, dtype=bool)
+    chart = Chart(
+        "offset_v.x", value=np.array(values_deg), standard_uncertainty=nothing, prediction_low=nothing,
+        prediction_high=nothing, centre=nothing, scatter=scatter_deg, scatter_dof=1000.0, is_alarm=never,
+        rate_per_year=rate_deg if is_rated else None, rate_standard_uncertainty=0.0 if is_rated else None,
+        deg_per_unit=1.0,
+    )  # fmt: skip
+    return History(labels[0].sensor, labels, (chart,), np.zeros((count, 3)), (), is_judged=True)
+
+
+def test_half_an_interval_that_is_still_too_long_says_so() -> None:
+    advice = advise_interval(_history_of(0.2, 0.0, (0.0,) * 6), 0.02)
+    assert advice is not None
+    assert advice.months == 6  # half of the year so far; 0.02° are reached after 1.2 months
+    assert "after 1.2 months" in advice.sentence
+    assert advice.sentence.endswith("it is still too long")
+
+
+def test_a_scatter_that_takes_all_of_the_limit_is_no_reach_after_no_months() -> None:
+    advice = advise_interval(_history_of(0.001, 0.02, (0.0,) * 6), 0.02)
+    assert advice is not None
+    assert "0 months" not in advice.sentence
+    assert "no interval keeps it inside" in advice.sentence
+
+
+def test_a_change_beyond_the_limit_is_told_before_a_rate_is_known() -> None:
+    """0.46° in a year, of a limit of 0.02°: the interval that let it pass is not kept."""
+    advice = advise_interval(_history_of(0.0, 0.0, (0.0, 0.46), is_rated=False), 0.02)
+    assert advice is not None
+    assert advice.months == 6
+    assert "changed by 0.4600° since the calibration before, beyond 0.02°" in advice.sentence
+    kept = advise_interval(_history_of(0.0, 0.0, (0.0, 0.01), is_rated=False), 0.02)
+    assert kept is not None
+    assert kept.months == 12

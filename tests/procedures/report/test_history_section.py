@@ -47,8 +47,11 @@ def test_a_quiet_past_is_told_as_such(archive: SyntheticArchive) -> None:
         for name in sorted({label.sensor for label in archive.population.labels})
         if not history_of(archive.population, name).findings
     )
+    unseen = history_of(archive.population, quiet).unseen_deg
+    assert unseen is not None
     assert (
-        "Nothing was found: no calibration left the prediction interval of the one before, and nothing drifts."
+        "Nothing was found: no calibration left the prediction interval of those before, and no drift shows (a step "
+        f"below {unseen[0]:.4f}° or a drift below {unseen[1]:.4f}° a year would not be seen)."
         in _text(_view(archive, quiet))
     )
 

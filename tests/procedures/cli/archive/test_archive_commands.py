@@ -111,7 +111,7 @@ def test_history_is_told_and_drawn(archive, laboratory: Laboratory) -> None:  # 
     plot = laboratory.folder / "history.svg"
     text = archive("history", "SN1", "--plot", plot)
     assert text.status == 0
-    assert "cannot judge yet (2 of 4 calibrations): the scatter" in text.out
+    assert "cannot judge yet (2 of 5 calibrations): the scatter" in text.out
     assert "nothing was found" not in text.out
     assert "next calibration, as advice" not in text.out  # two runs of one hour say nothing of an interval
     assert plot.read_bytes().startswith(b"<?xml")

@@ -65,7 +65,9 @@ def test_every_look_at_the_archive_and_every_use_of_its_newest_set_tells_it(
 def test_a_calibration_that_is_published_behind_it_is_told_that_it_is_not_the_newest(url: str) -> None:
     sensors = [a_sensor(_day_of_today(), due=FAR)]
     published = publish_run(url, a_run(_day_of_today()), sensors, datetime.now(UTC))
-    (found,) = [entry for entry in history_findings(url, published, datetime.now(UTC)) if "in the future" in entry]
+    (found,) = [
+        entry for entry in history_findings(url, published.publications, datetime.now(UTC)) if "in the future" in entry
+    ]
     assert "before what is calibrated after it" in found
 
 
@@ -99,5 +101,5 @@ def test_clocks_that_differ_by_minutes_are_not_told(tmp_path: Path) -> None:
     archive = f"sqlite:///{tmp_path / 'archive.sqlite'}"
     published = publish_run(archive, a_run(0), [a_sensor(0)], datetime.now(UTC))
     (created,) = [row.created_utc for row in list_sets(archive)]
-    assert not list(history_findings(archive, published, created - timedelta(minutes=9)))
-    assert list(history_findings(archive, published, created - timedelta(minutes=11)))
+    assert not list(history_findings(archive, published.publications, created - timedelta(minutes=9)))
+    assert list(history_findings(archive, published.publications, created - timedelta(minutes=11)))
