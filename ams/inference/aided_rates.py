@@ -5,6 +5,9 @@ on the gyros alone, or on a magnetometer beside them. A package that accelerates
 is not used then, nor a field that something nearby disturbs, and that is said. All packages stand in the same axes. The
 normalised innovations are counted: where the assumptions hold, their mean is three.
 
+To the filter's covariance, which takes the errors of forces as new in every row, comes what the set of the
+accelerometers leaves open, the same in all rows (:mod:`ams.inference.lasting_force`).
+
 The zeros start as uncertain as the covariance of the set makes them, with what the set counts of their shift since the
 calibration, or what is stated of it, or 0.1 °/s; a rest at the beginning measures them. The Earth's turn is taken off
 where latitude and heading are stated; where they are not it is in the zeros, 15°/h (standard deviation) along any
@@ -32,6 +35,7 @@ from ams.inference.angle_stream import Answer, joined, nothing, with_temperature
 from ams.inference.field_aid import FieldAid
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
+from ams.inference.lasting_force import turn_by_lasting_force
 from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import LONGEST_TURN_S, SampleClock
@@ -188,14 +192,17 @@ class AidedAngles:
         slots[:, sample[is_used]] = np.concatenate([gyro, force, field])[:, is_used]
         path = self._filter.run(slots[:3], slots[3:6], slots[6:], is_resting=is_resting)
         self._count(path)
-        self._compare(readings, path.quaternion[:, sample], path.turn_covariance[sample], is_used)
+        quaternion, reference_ut = path.quaternion[:, sample], None if self.field is None else self.field.reference_ut
+        lasting = turn_by_lasting_force(self.accelerometers, quaternion, readings, reference_ut)
+        covariance = path.turn_covariance[sample] + lasting
+        self._compare(readings, quaternion, covariance, is_used)
         codes = np.full(steps.size, flag_codes.AT_REST if is_resting else 0, dtype=np.uint64)
         for path_code, code in _CODES:
             codes[(path.codes[sample] & path_code) != 0] |= np.uint64(code)
         codes |= codes_of_rates(self.gyros.coefficients, gyro)
         codes[steps > 1] |= np.uint64(flag_codes.SAMPLES_LOST)
         codes[~is_used] = flag_codes.NOT_AFTER
-        found = answer_of(path.quaternion[:, sample], path.turn_covariance[sample], codes)
+        found = answer_of(quaternion, covariance, codes)
         for values in found.columns.values():
             values[~is_used] = np.nan
         pitch_deg, roll_deg = found.columns["pitch_deg"], found.columns["roll_deg"]

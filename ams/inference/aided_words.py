@@ -20,7 +20,10 @@ def mean_in_words(what: str, innovations: FloatArray, option: str) -> str:
     if mean > high:
         verdict = f"more than assumed: {what} and estimate differ by more than {option} and the stated zeros explain"
     elif mean < low:
-        verdict = f"less than assumed: {option} is wider than what the rows show, and so are the standard deviations"
+        verdict = (
+            f"less than assumed: the rows scatter less than {option} has it; what is wrong in all rows alike, an "
+            "offset or a steady acceleration, does not scatter, so that alone is no reason for a narrower one"
+        )
     else:
         verdict = "as assumed"
     return (

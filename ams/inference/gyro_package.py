@@ -12,7 +12,8 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
-from ams.inputs.shared_errors import G_SENSITIVITY_LIMIT, SHIFTS
+from ams.inference.counted_shifts import OFFSET_KEY, undeclared_shifts
+from ams.inputs.shared_errors import G_SENSITIVITY_LIMIT
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import listed, matrix, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -157,11 +158,19 @@ class GyroPackage:
     @property
     def counts_shift(self) -> bool:
         """Whether the covariance has in it what the zeros do until the next calibration, as the rig file declared."""
+        return OFFSET_KEY not in undeclared_shifts(self.coefficients, self.columns)
+
+    @property
+    def least_degrees_of_freedom(self) -> float:
+        """The fewest of any part of the covariance, infinite where all are known as they stand."""
         section = package_of(self.coefficients.document)
         if section is not None:
-            return SHIFTS[0] in table(section["components"])
-        axes = [table(table(self.coefficients.document["axes"])[axis]) for axis in self.columns]
-        return all(SHIFTS[0] in table(table(axis["primary"]).get("components", {})) for axis in axes)
+            parts = [table(section["components"])]
+        else:
+            axes = [table(table(self.coefficients.document["axes"])[axis]) for axis in self.columns]
+            parts = [table(table(axis["primary"]).get("components", {})) for axis in axes]
+        stated = [table(part)["degrees_of_freedom"] for components in parts for part in components.values()]
+        return min((number(dof) for dof in stated if dof is not None), default=np.inf)
 
     def force_covariance(self) -> FloatArray:
         """Return the (3, 3) covariance of rates, by what gravity does to zeros that were taken at another attitude.

@@ -27,6 +27,7 @@ from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitu
 from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, used_at
+from procedures.cli.attitude.uncounted import few_degrees_of_freedom, untested_shifts
 from procedures.cli.attitude.unseen import tell_unseen
 from procedures.cli.attitude.untested import (
     SD_OF_A_READING,
@@ -179,7 +180,7 @@ def attitude(
     throughout = answer_all(found, found_again, data, wiring, for_s, answers)
     packages = _packages_of(angles, package, second)
     _note_all(_remarks_on_rows(package, packages, found, watched, angles, is_flagged_throughout=throughout))
-    tell_unseen(package.coefficients.sensor, angles, found.rows, json=json)
+    tell_unseen(package.coefficients.sensor, angles, found.rows, packages, json=json)
 
 
 def _note_all(remarks: Iterable[str]) -> None:
@@ -200,8 +201,13 @@ def _assumptions(
     """Yield what the angles take for granted, a set that is not usable first."""
     field = angles.field if isinstance(angles, AidedAngles) else None
     yield from _doubts_of_sets([*_packages_of(angles, package, second), *([] if field is None else [field.package])])
-    yield from untested_temperature(_packages_of(angles, package, second))
-    yield from untold_curvature(_packages_of(angles, package, second))
+    packages = _packages_of(angles, package, second)
+    yield from untested_temperature(packages)
+    yield from untold_curvature(packages)
+    yield from untested_shifts(packages)
+    if isinstance(angles, GyroAngles | AidedAngles):
+        rates = angles.package if isinstance(angles, GyroAngles) else angles.gyros
+        yield from few_degrees_of_freedom([rates])
     if package.follows_sting:
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:

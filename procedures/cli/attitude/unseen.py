@@ -1,11 +1,15 @@
 """What the rows of ``calrig attitude`` cannot tell of their outputs, said after the last one."""
 
+from collections.abc import Sequence
 from dataclasses import asdict
 from typing import Final
 
 import numpy as np
 
 from ams.inference.angle_stream import AngleStream
+from ams.inference.counted_shifts import undeclared_shifts
+from ams.inference.gyro_package import GyroPackage
+from ams.inference.inference import Package
 from ams.inference.reliability import unseen_of
 from ams.inference.reliability_words import unseen_in_words
 from procedures.cli.attitude.answered_rows import one_thread
@@ -15,8 +19,13 @@ _SEED: Final = 0
 """Of the draws by which it is found."""
 
 
-def tell_unseen(sensor: str, angles: AngleStream, rows: int, *, json: bool) -> None:
-    """Say what the rows cannot tell of the outputs, and print the document of the answers where one is meant."""
+def tell_unseen(
+    sensor: str, angles: AngleStream, rows: int, packages: Sequence[Package | GyroPackage], *, json: bool
+) -> None:
+    """Say what the rows cannot tell of the outputs, and print the document of the answers where one is meant.
+
+    ``packages``: those that the rows were read from.
+    """
     with one_thread():
         unseen = unseen_of(angles, np.random.default_rng(_SEED))
     said = None if unseen is None else unseen_in_words(unseen)
@@ -27,6 +36,9 @@ def tell_unseen(sensor: str, angles: AngleStream, rows: int, *, json: bool) -> N
             {
                 "sensor": sensor,
                 "rows": rows,
+                "undeclared_shifts": {
+                    used.coefficients.sensor: undeclared_shifts(used.coefficients, used.columns) for used in packages
+                },
                 "unseen": None if unseen is None else {**asdict(unseen), "text": said},
             }
         )

@@ -127,8 +127,9 @@ def test_nothing_is_said_of_flags_where_there_are_none(
     stored: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data.write_text("".join(data.read_text().splitlines(keepends=True)[:3]))  # without the vertical
-    said, unseen = call(capsys, "attitude", stored, data).err.splitlines()
+    said, shifts, unseen = call(capsys, "attitude", stored, data).err.splitlines()
     assert "flag" not in said.removesuffix("and no flag")
+    assert "rows are flagged" not in shifts
     assert "what 2 rows do not show" in unseen
 
 
