@@ -152,7 +152,8 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     ),
     "table-undeclared": KindOfFinding(
         "file",
-        "Nothing is declared of the indices of an axis that turned, so that their errors are in no uncertainty",
+        "Nothing is declared of the indices, or of gyros the directions, of the axes that turned, so that their errors "
+        "are in no uncertainty",
         _DECLARE,
     ),
     "meter-undeclared": KindOfFinding(

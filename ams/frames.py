@@ -156,6 +156,23 @@ def body_rates_rad_s(euler_rad: Array, euler_rate_rad_s: Array) -> Array:
     )
 
 
+def beside_axis(euler_rad: FloatArray, axis: int) -> FloatArray:
+    """Return (N, 2, 3), in model axes, the two directions beside an axis of rotation: pitch 0, yaw 1, roll 2.
+
+    Pitch and yaw lean in what carries them, and turn with what they carry; roll leans in the model. ``euler_rad`` is
+    (N, 3): pitch, yaw, roll.
+    """
+    _, yaw, roll = np.moveaxis(euler_rad, -1, 0)
+    c_yaw, s_yaw, c_roll, s_roll = np.cos(yaw), np.sin(yaw), np.cos(roll), np.sin(roll)
+    whole, nothing = np.ones_like(roll), np.zeros_like(roll)
+    beside = {
+        0: ((c_yaw, -s_yaw * c_roll, s_yaw * s_roll), (nothing, s_roll, c_roll)),
+        1: ((whole, nothing, nothing), (nothing, c_roll, -s_roll)),
+        2: ((nothing, whole, nothing), (nothing, nothing, whole)),
+    }[axis]
+    return np.stack([np.stack(direction, axis=-1) for direction in beside], axis=1)
+
+
 def euler_rates_rad_s(euler_rad: Array, body_rate_rad_s: Array) -> Array:
     """Return Euler rates (N, 3), the inverse of :func:`body_rates_rad_s`; no value at yaw ±90°. Source: CR (IV-D.4)."""
     _, yaw, roll = np.moveaxis(euler_rad, -1, 0)

@@ -8,21 +8,30 @@ the columns say, and the answers carry them: real = gain·measured + offset. Sou
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
+from ams.analysis.calibration_budget import axis_budget
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
-from ams.calibration.findings_document import findings_document
+from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration_result import Calibration, SensorVerdict
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.shared_errors import SharedError
 from ams.models.linear import fit_line
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
+from ams.sets.stated_findings import LEVELS_NOT_COUNTED
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 
+SCALE, ZERO = "scale of the known levels", "zero of the known levels"
+"""Names of what a reference may be wrong by; the places are those of its ``level_errors``."""
+_OPTIONS: Mapping[str, str] = MappingProxyType(
+    {SCALE: "--reference-uncertainty-ppm", ZERO: "--reference-zero-uncertainty"}
+)
 _LARGEST_SPREAD = 0.01
 """Levels of one point may differ by this part of the whole span."""
 
@@ -93,8 +102,33 @@ def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest)
     return Calibration(axes, "linear", "SR", tuple(texts), tuple(remarks))
 
 
+def scale_error(uncertainty_ppm: float) -> SharedError:
+    """Return the one relative error of all known levels, as a relative standard uncertainty states it."""
+    return SharedError(SCALE, "level", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm", columns=(0,))
+
+
+def zero_error(uncertainty: float) -> SharedError:
+    """Return the one error that is added to all known levels, in their unit, as its standard uncertainty states it."""
+    return SharedError(ZERO, "level", uncertainty, stated=f"u {uncertainty:g}, in the unit of the levels", columns=(1,))
+
+
+def _not_counted(axis: str, request: CalibrationRequest) -> tuple[str, ...]:
+    """Say what of a reference nobody stated, so that the uncertainties of an axis are too small by it."""
+    stated = {error.name for error in request.shared_errors.get(axis, ())}
+    unknown = [name for name in _OPTIONS if name not in stated]
+    if not unknown:
+        return ()
+    return (
+        f"{LEVELS_NOT_COUNTED} ({' and '.join(name.partition(' ')[0] for name in unknown)}): no residual shows it; a "
+        "scale that is wrong by a part is a gain that is wrong by it, a zero (a field that stands there besides) is an "
+        f"offset that is wrong by all of it; {' and '.join(_OPTIONS[name] for name in unknown)} of "
+        f"calrig fit {'brings it' if len(unknown) == 1 else 'bring them'} in",
+    )
+
+
 def _calibrated(axis: str, levels: Levels, request: CalibrationRequest) -> Calibration:
-    return calibrate(levels.observations, replace(request, nominal_axes={axis: axis}, models={axis: levels.model}))
+    solved = calibrate(levels.observations, replace(request, nominal_axes={axis: axis}, models={axis: levels.model}))
+    return replace(solved, warnings=(*solved.warnings, *_not_counted(axis, request)))
 
 
 def _levels(table: CsvTable, axis: str, column: str) -> Levels:
@@ -110,7 +144,7 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
     )
     if not used:
         raise ObservationsError(f"{table.file}: column {reference}: no level is given; nothing was solved; fill it in")
-    nothing = np.zeros(len(used))
+    nothing, level = np.zeros(len(used)), numbers(part, reference)
     temperature = numbers(part, "temperature_degc") if "temperature_degc" in part.columns else None
     observations = Observations(
         replication=labels(part, "replication"),
@@ -121,7 +155,8 @@ def _levels(table: CsvTable, axis: str, column: str) -> Levels:
         units={axis: model.measured_unit},
         temperature_degc=temperature,
         time_s=numbers(part, "time_s") if "time_s" in part.columns else None,
-        reference_level=numbers(part, reference),
+        reference_level=level,
+        level_errors=np.stack([level, np.ones_like(level)], axis=1),
         source=table.file,
     )
     _refuse_wandering_levels(part, reference, observations)
@@ -168,7 +203,7 @@ def _refuse_wandering_levels(table: CsvTable, column: str, observations: Observa
 
 def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Document:
     if levels.observations.rows == 2 and request.temperature == "none":
-        return _two_levels(levels)
+        return _two_levels(levels, request)
 
     calibration = _calibrated(axis, levels, request)
     solved = to_document(calibration)["axes"][axis]  # type: ignore[index]
@@ -182,6 +217,9 @@ def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Do
         for estimate in calibration.axes[axis].parameters
     }
     document["findings"] = findings_document(calibration.axes[axis])
+    if any(estimate.value is not None for estimate in calibration.axes[axis].parameters):
+        errors = request.shared_errors.get(axis, ())
+        document["budget"] = budget_document(axis_budget(calibration.axes[axis], errors, model=levels.model))
     document["verdict"] = calibration.verdict
     document[f"standard_error_{measured}"] = solved["standard_error_v"]
     document[f"residuals_{measured}"] = calibration.axes[axis].residuals_v.tolist()
@@ -203,7 +241,7 @@ def _renamed(document: Document, quantities: Mapping[str, str], measured: str) -
     return document
 
 
-def _two_levels(levels: Levels) -> Document:
+def _two_levels(levels: Levels, request: CalibrationRequest) -> Document:
     """Return the solution of SR's two equations: exact, and nothing left over to judge the error by."""
     rows, model = levels.observations, levels.model
     assert rows.reference_level is not None
@@ -216,7 +254,10 @@ def _two_levels(levels: Levels) -> Document:
         "degrees_of_freedom": 0,
         "effective_degrees_of_freedom": dict.fromkeys(names),
         "replication": None,
-        "warnings": ["two levels once: the line passes through both and nothing tells its uncertainty; add readings"],
+        "warnings": [
+            "two levels once: the line passes through both and nothing tells its uncertainty; add readings",
+            *_not_counted(model.nominal_axis, request),
+        ],
         "remarks": [],
         "findings": [],
         f"standard_error_{model.measured_unit}": None,

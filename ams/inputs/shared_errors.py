@@ -13,6 +13,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
+from ams.frames import beside_axis
 from ams.models.model import Model, Stimulus
 from ams.models.registry import MODELS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
@@ -20,7 +21,7 @@ from ams.statistics.budget import Kind
 
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
-    "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop",
+    "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop", "spin-direction",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -32,7 +33,9 @@ roll axis to the pitch axis; ``droop``: radians of pitch lost at the horizontal;
 ``reading-course``, ``gain-course``: a reading or a gain that changes by it while the rows are taken, in their order of
 time (:mod:`ams.solve.shifts_within`);
 ``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart;
-``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it."""
+``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it;
+``spin-direction``: radians to either side of the axis of the table that ``columns`` names (0 pitch, 1 yaw, 2 roll),
+about which a gyro turns."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
@@ -49,6 +52,8 @@ G_SENSITIVITY = "g-sensitivity"
 """Name of what the specific force does to the zero of a gyro: the same run repeats it, use elsewhere does not."""
 G_SENSITIVITY_LIMIT = "largest_g_sensitivity_dps_per_g"
 """Its limit, among the notes of a solved axis."""
+_MOST_POSITIONS = 24
+"""In which a package is seated while it turns; of more, angles that change all the time are no seats."""
 HALF = float(np.sqrt(0.5))
 """Of a departure: the standard deviation that offset and sensitivities carry, each half of the variance."""
 
@@ -67,7 +72,8 @@ class SharedError:
     stated: str = ""
     """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
     columns: tuple[int, ...] = ()
-    """Of the observations' ``level_errors``, for the effect ``level``; of the level axes for ``rotation``."""
+    """Of the observations' ``level_errors``, for the effect ``level``; of the level axes for ``rotation``; of the axes
+    of the table for ``spin-direction``."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
     is_weighed: bool = True
@@ -102,7 +108,7 @@ def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
     if error.effect in LEVELS:
         return _slope_of(model) is not None
-    if error.effect in ("rotation", "rate"):
+    if error.effect in ("rotation", "rate", "spin-direction"):
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "specific-force":
         return bool(_senses_rates(model))
@@ -127,6 +133,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return _rotated(error.columns, model, primary, rows)
     if error.effect == "specific-force":
         return _forced(model, primary, rows)
+    if error.effect == "spin-direction":
+        return _leaning(error.columns, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
 
@@ -158,6 +166,29 @@ def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: St
     if rows.from_level is None or not k.any():
         return None
     return np.asarray(np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)]))
+
+
+def _leaning(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """Return (N, q) what one radian to either side of some axes of the table makes; None but for gyros at rates.
+
+    Every axis leans in what carries it, and roll in the package: by their squareness, the same at every position. Where
+    there are several, the package is seated anew at each, by an error of its own.
+    """
+    named = dict(zip(model.primary_names, primary, strict=True))
+    k = np.array([named.get(f"k_{axis}_v_per_dps", 0.0) for axis in "xyz"])
+    if rows.euler_rate_rad_s is None or not k.any():
+        return None
+    yaw = np.zeros_like(rows.roll_rad) if rows.yaw_rad is None else rows.yaw_rad
+    euler = np.stack(np.broadcast_arrays(rows.pitch_rad, yaw, rows.roll_rad), axis=-1)
+    rates_dps = np.rad2deg(rows.euler_rate_rad_s)
+    found = []
+    for axis in columns:
+        leaning = rates_dps[:, axis, None] * (beside_axis(euler, axis) @ k)
+        positions = np.unique(np.rint(np.rad2deg(euler[:, axis + 1 :])), axis=0, return_inverse=True)[1].ravel()
+        seated = positions[:, None] == np.arange(positions.max() + 1)
+        is_seated_anew = 1 < seated.shape[1] <= _MOST_POSITIONS
+        found += [leaning, *([leaning * here[:, None] for here in seated.T] if is_seated_anew else [])]
+    return np.asarray(np.concatenate(found, axis=1))
 
 
 def _senses_rates(model: Model) -> list[int]:

@@ -15,9 +15,10 @@ LACKING = "missing for a calibration when the run began: "
 """What such a warning of a set begins with: no signature supplies what stands behind it."""
 TABLE_NOT_COUNTED = "the table's own index errors are not in these uncertainties"
 RATES_NOT_COUNTED = "the rate table's own errors are not in these uncertainties"
+LEVELS_NOT_COUNTED = "what the known levels themselves are wrong by is not in these uncertainties"
 DAY_NOT_KNOWN = "the day on which the readings were taken is not known"
 """How the remark of a set begins that has the day of fitting instead."""
-NO_CERTIFICATE_WITH = (LACKING, TABLE_NOT_COUNTED, RATES_NOT_COUNTED)
+NO_CERTIFICATE_WITH = (LACKING, TABLE_NOT_COUNTED, RATES_NOT_COUNTED, LEVELS_NOT_COUNTED)
 """Beginnings of warnings of a set that are gaps of a certificate."""
 
 

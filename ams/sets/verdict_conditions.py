@@ -12,6 +12,8 @@ NO_METER: Final = "no uncertainty of the meter is declared"
 """How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
 NO_STANDARD_OF_RATES: Final = "no standard of the rates is declared"
 """How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
+NO_DIRECTIONS: Final = "no uncertainty of the directions of the table's axes is declared"
+"""How it is said of gyros that turned about axes of whose squareness nothing is known: in remark, verdict and gap."""
 NO_THERMOMETER: Final = "no uncertainty of the thermometer is declared"
 """How it is said of temperatures without a standard that states degrees, where a result is stated over them."""
 NO_TEMPERATURE: Final = "no temperature was recorded with the readings"
@@ -48,6 +50,7 @@ _WITHOUT: Final = MappingProxyType(
         NO_TABLE: "the uncertainty of the table's indices",
         NO_METER: "the uncertainty of the meter",
         NO_STANDARD_OF_RATES: "a standard of the rates",
+        NO_DIRECTIONS: "the directions of the table's axes",
         NO_THERMOMETER: "the uncertainty of the thermometer",
         NO_COEFFICIENTS_U: "the uncertainty of the temperature coefficients",
         NO_GRAVITY: "the uncertainty of local gravity",

@@ -23,7 +23,7 @@ from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import (
-    errors_of_gyros,
+    errors_of_options,
     in_python,
     measured_utc,
     model_named,
@@ -49,7 +49,10 @@ def fit(
     time_term: Literal["none", "linear"] = "none",
     rig: str | Path | None = None,
     rate_uncertainty_ppm: float | None = None,
+    direction_uncertainty_arcsec: float | None = None,
     largest_g_sensitivity_dps_per_g: float | None = None,
+    reference_uncertainty_ppm: float | None = None,
+    reference_zero_uncertainty: float | None = None,
     sensor: str | None = None,
     calibrated_on: str | date | None = None,
 ) -> Solved:
@@ -59,8 +62,9 @@ def fit(
     name of the command. ``package``: of ``pitch-yaw-roll``. ``rig``: a rig file whose certificates are carried into
     the result. ``sensor``: one of that file, where there is one. ``calibrated_on``: the day of the readings, by which
     the due days of the rig's standards are judged; a column started_utc tells it. ``linear``: known levels in
-    reference_<unit>, no attitudes and no rig; two levels once have gain and offset in the document alone, since nothing
-    tells an uncertainty.
+    reference_<unit>, no attitudes and no rig, their standard uncertainties in ``reference_uncertainty_ppm`` and, in
+    their unit, ``reference_zero_uncertainty``; two levels once have gain and offset in the document alone, since
+    nothing tells an uncertainty.
 
     Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
     another model, or a sensor that the rig file has not; rig.errors.DescriptionError for a wrong rig file.
@@ -69,7 +73,11 @@ def fit(
     if rig is not None and (senses_rates(model) or takes_levels(model)):
         raise RequestError(f"fit: rig: carries the indices of a table at rest: not allowed with model {model!r}")
     refuse_reference_temperature(reference_temperature_degc, temperature, in_python)
-    of_gyros = errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, in_python)
+    stated = (
+        rate_uncertainty_ppm, direction_uncertainty_arcsec, largest_g_sensitivity_dps_per_g, reference_uncertainty_ppm,
+        reference_zero_uncertainty,
+    )  # fmt: skip
+    of_options = errors_of_options(stated, model, in_python)
     described = None if rig is None else read_rig_of_site(Path(rig))
     require_sensor(described, sensor, str(rig))
     sensor = named_sensor(described, sensor, axes.values())
@@ -83,7 +91,7 @@ def fit(
         extended=extended,
         time_term=time_term == "linear",
         declared={} if described is None else declared_directions(sensor_of(described, sensor)),
-        shared_errors=of_gyros if described is None else errors_of_file(described, sensor),
+        shared_errors=of_options if described is None else errors_of_file(described, sensor),
     )
     request = on_table(request, described)
     if isinstance(observations, pd.DataFrame):

@@ -10,6 +10,7 @@ from typing import Any
 from ams.findings import Said
 from ams.observations import Observations
 from ams.sets.verdict_conditions import (
+    NO_DIRECTIONS,
     NO_GRAVITY,
     NO_METER,
     NO_STANDARD_OF_RATES,
@@ -119,6 +120,25 @@ def rate_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> 
     )
 
 
+def direction_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[Said, ...]:
+    """Say that nobody declared how far the axes that ``turned`` a gyro may lean, from which its direction is told."""
+    unknown = [name for name in turned if name in rig.axes and not rig.axes[name].direction_uncertainty_arcsec]
+    if sensor.measures != "rate" or not unknown:
+        return ()
+    keys = " and ".join(f"axes.{name}.direction_uncertainty_arcsec" for name in unknown)
+    return (undeclared_directions(f"declare {keys} of the rig file", f" ({', '.join(unknown)})"),)
+
+
+def undeclared_directions(what_to_do: str, which: str = "") -> Said:
+    """Say of axes of the table, ``which`` in brackets, that nobody declared how far they lean, and what to do."""
+    return Said(
+        f"{NO_DIRECTIONS}{which}: axes that are not square, and a package that is seated askew on them, are the same "
+        "angle in the coning and in what a gyro reads across its axis; no residual shows it, and it is in no figure "
+        "stated here",
+        what_to_do,
+    )
+
+
 def temperature_remarks(rows: Observations, use_degc: tuple[float, float] | None = None) -> tuple[str, ...]:
     """Say of readings without a temperature that nothing is known of the sensor at any other than theirs.
 
@@ -175,13 +195,23 @@ def undeclared_gravity(gravity_mps2: float) -> Said:
     )
 
 
-def undeclared_references(rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str]) -> tuple[Said, ...]:
-    """Return what is to be said of gravity, the table, the meters of the sensors and axes at a rate, each once."""
+def undeclared_references(
+    rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str], *, tells_directions: bool = True
+) -> tuple[Said, ...]:
+    """Return what is to be said of gravity, the table, the meters of the sensors and axes at a rate, each once.
+
+    ``tells_directions``: whether gyros are solved for how they lie, which a straight line does not tell.
+    """
     axes, every = tuple(turned), tuple(sensors)
     said = [
         text
         for sensor in every
-        for text in (*table_remarks(rig, sensor, axes), *meter_remarks(rig, sensor), *rate_remarks(rig, sensor, axes))
+        for text in (
+            *table_remarks(rig, sensor, axes),
+            *meter_remarks(rig, sensor),
+            *rate_remarks(rig, sensor, axes),
+            *(direction_remarks(rig, sensor, axes) if tells_directions else ()),
+        )
     ]
     of_gravity = gravity_remarks(rig, senses_gravity=any(sensor.measures == "acceleration" for sensor in every))
     return tuple(dict.fromkeys([*of_gravity, *said]))

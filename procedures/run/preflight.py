@@ -11,6 +11,7 @@ from pathlib import Path
 
 from ams.exports.formats import FORMATS
 from ams.exports.optional_libraries import missing_sentence, not_installed
+from ams.models.registry import takes_levels
 from ams.sets.stated_findings import LACKING
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
@@ -109,7 +110,9 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
             has_standards=bool(rig.standards),
             senses_gravity=any(sensor.measures == "acceleration" for sensor in plan.sensors.values()),
             references=(
-                *undeclared_references(rig, plan.sensors.values(), plan.axes),
+                *undeclared_references(
+                    rig, plan.sensors.values(), plan.axes, tells_directions=not takes_levels(plan.solve.model)
+                ),
                 *thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature),
             ),
         )

@@ -17,6 +17,7 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
 from procedures.records.declared_gaps import (
+    direction_remarks,
     gravity_remarks,
     meter_remarks,
     rate_remarks,
@@ -93,6 +94,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         rate_remarks(item.rig, item.sensor, item.plan.axes),
         gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
         table_remarks(item.rig, item.sensor, item.plan.axes),
+        direction_remarks(item.rig, item.sensor, item.plan.axes),
     )
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (

@@ -1,20 +1,49 @@
-"""What ``calrig fit`` and ``calrig.fit`` are told in the same words: model and package, gyros, day of the readings."""
+"""What ``calrig fit`` and ``calrig.fit`` are told in the same words: model, stated errors, day of the readings."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, date, datetime, time, timedelta
+from math import inf
+from types import MappingProxyType
 from typing import Final
 
+from ams.calibration.linear_levels import scale_error, zero_error
 from ams.inputs.shared_errors import SharedError
-from ams.models.registry import names_by_option, names_of_rates, senses_rates
+from ams.models.registry import names_by_option, senses_rates, takes_levels
 from procedures.errors import RequestError
-from procedures.solution.fitted import rate_error
+from procedures.solution.fitted import direction_errors, rate_error
 from procedures.solution.type_b import g_sensitivity_error
 
 Option = Callable[[str], str]
 """From the name of an option, such as ``calibrated_on``, to how the caller is told of it."""
 OF_TWO_PACKAGES: Final = "pitch-yaw-roll"
-LARGEST_RATE_PPM: Final = 1e5
-LARGEST_G_SENSITIVITY_DPS_PER_G: Final = 10.0
+
+
+@dataclass(frozen=True)
+class StatedError:
+    """What one option of a fit states."""
+
+    largest: float
+    unit: str
+    errors_of: Callable[[float], tuple[SharedError, ...]]
+    is_of: Callable[[str], bool]
+    """Whether a name of a model takes the option."""
+
+
+STATED: Final[Mapping[str, StatedError]] = MappingProxyType(
+    {
+        "rate_uncertainty_ppm": StatedError(1e5, "ppm", lambda u: (rate_error(u),), senses_rates),
+        "direction_uncertainty_arcsec": StatedError(3.6e4, "″", direction_errors, senses_rates),
+        "largest_g_sensitivity_dps_per_g": StatedError(
+            10.0, "°/s per g", lambda limit: (g_sensitivity_error(limit),), senses_rates
+        ),
+        "reference_uncertainty_ppm": StatedError(1e5, "ppm", lambda u: (scale_error(u),), takes_levels),
+        "reference_zero_uncertainty": StatedError(
+            inf, "in the unit of the known levels", lambda u: (zero_error(u),), takes_levels
+        ),
+    }
+)
+"""Every option by which a fit is told what its reference is wrong by, or its sensor at most."""
 
 
 def on_command_line(name: str) -> str:
@@ -57,27 +86,26 @@ def refuse_reference_temperature(reference_degc: float | None, temperature: str,
         )
 
 
-def errors_of_gyros(
-    uncertainty_ppm: float | None, g_sensitivity_dps_per_g: float | None, model: str, option: Option
+def errors_of_options(
+    stated: Sequence[float | None], model: str, option: Option
 ) -> Mapping[str, tuple[SharedError, ...]]:
-    """Return what the table's rates are wrong by, and what gravity does to gyros. Raises: RequestError elsewhere."""
-    options = {
-        "rate_uncertainty_ppm": (uncertainty_ppm, LARGEST_RATE_PPM, "ppm", rate_error),
-        "largest_g_sensitivity_dps_per_g": (
-            g_sensitivity_dps_per_g, LARGEST_G_SENSITIVITY_DPS_PER_G, "°/s per g", g_sensitivity_error
-        ),
-    }  # fmt: skip
+    """Return what the options of a fit state of the rates, of gravity's doing and of the known levels, for every axis.
+
+    ``stated``: the value of each option of :data:`STATED`, in its order.
+
+    Raises: RequestError for one that is of another model, or beyond what is allowed.
+    """
     found: list[SharedError] = []
-    for name, (value, largest, unit, error_of) in options.items():
+    for (name, of), value in zip(STATED.items(), stated, strict=True):
         if value is None:
             continue
-        if not senses_rates(model):
-            known = " or ".join(names_of_rates())
+        if model not in (names := tuple(filter(of.is_of, names_by_option()))):
             given = option("model")
-            raise RequestError(f"{option(name)}: belongs to {given} {known}, not to {given} {model}")
-        if not 0.0 < value < largest:
-            raise RequestError(f"{option(name)}: got {value:g}, allowed above 0 and below {largest:g} {unit}")
-        found.append(error_of(value))
+            raise RequestError(f"{option(name)}: belongs to {given} {' or '.join(names)}, not to {given} {model}")
+        if not 0.0 < value < of.largest:
+            below = "" if of.largest == inf else f" and below {of.largest:g}"
+            raise RequestError(f"{option(name)}: got {value:g}, allowed above 0{below} {of.unit}")
+        found += of.errors_of(value)
     return dict.fromkeys("xyz", tuple(found)) if found else {}
 
 

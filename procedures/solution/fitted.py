@@ -18,7 +18,13 @@ from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.plan.channels import environment_of
-from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks, thermometer_remarks
+from procedures.records.declared_gaps import (
+    gravity_remarks,
+    meter_remarks,
+    temperature_remarks,
+    thermometer_remarks,
+    undeclared_directions,
+)
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
@@ -28,6 +34,8 @@ from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.temperature_of_use import at_use, warnings_of_use
 from procedures.solution.type_b import (
+    ANGLES,
+    direction_error,
     gravity_on_gyros_remarks,
     gravity_warnings,
     shared_errors,
@@ -72,7 +80,7 @@ def fitted(
         *of_rig,
         *warnings_of_use(used, request.temperature, recorded_degc),
     )
-    undeclared, of_thermometer = Undeclared(), tuple[Said, ...]()
+    undeclared, of_thermometer = Undeclared(directions=_of_directions(request)), tuple[Said, ...]()
     if rig is not None:
         measured = sensor_of(rig, name)
         undeclared = Undeclared(
@@ -113,6 +121,11 @@ def rate_error(uncertainty_ppm: float) -> SharedError:
     return SharedError("rate of the table", "rate", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm")
 
 
+def direction_errors(u_arcsec: float) -> tuple[SharedError, ...]:
+    """Return how far the axes of a table lean, each by itself, as one standard uncertainty of all of them states it."""
+    return tuple(direction_error(axis, u_arcsec, f"u {u_arcsec:g}″ to either side") for axis in ANGLES)
+
+
 def not_counted(request: CalibrationRequest, rig: RigDescription | None = None) -> tuple[str, ...]:
     """Say that nobody stated how far the table may be wrong, so that the uncertainties are too small by it.
 
@@ -128,6 +141,14 @@ def not_counted(request: CalibrationRequest, rig: RigDescription | None = None) 
     if request.table is not None:
         return ()
     return (BY_A_RIG_FILE if rig is None else OF_THIS_RIG_FILE,)
+
+
+def _of_directions(request: CalibrationRequest) -> tuple[Said, ...]:
+    """Say of gyros that nobody stated how far the axes lean that they turned about."""
+    errors = (error for errors in request.shared_errors.values() for error in errors)
+    if not MODELS[request.model].needs_rates or any(error.effect == "spin-direction" for error in errors):
+        return ()
+    return (undeclared_directions("state it (--direction-uncertainty-arcsec of calrig fit)"),)
 
 
 def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:

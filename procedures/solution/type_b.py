@@ -8,7 +8,7 @@ certificate does not say which. Source: GUM 4.3, F.2.4.5.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import degrees, radians, sqrt
-from typing import Literal
+from typing import Final, Literal
 
 from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
@@ -24,6 +24,8 @@ from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
 Kind = Literal["limit", "standard", "expanded"]
+ANGLES: Final = ("pitch", "yaw", "roll")
+"""Axes of a table, in the order of the columns of ``euler_rate_rad_s``."""
 
 
 def divisor(standard: Standard | None) -> float:
@@ -209,6 +211,7 @@ def shared_errors(
         *_g_sensitivity(sensor),
         *(_shift(sensor) if counts_shift else ()),
         *(earth_errors(rig, sensor) if counts_earth else ()),
+        *_directions(rig, sensor),
     )
     return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
 
@@ -263,6 +266,22 @@ def g_sensitivity_error(limit_dps_per_g: float) -> SharedError:
     stated = f"limit {limit_dps_per_g:g} °/s per g, used at any attitude"
     u_dps_per_g = limit_dps_per_g / sqrt(3.0)
     return SharedError(G_SENSITIVITY, "specific-force", u_dps_per_g, "limit", stated, is_of_one_channel=True)
+
+
+def direction_error(axis: str, u_arcsec: float, stated: str) -> SharedError:
+    """Return how far an axis of the table leans to either side, by a standard uncertainty."""
+    at, u_rad = ANGLES.index(axis), radians(u_arcsec / ARCSEC_PER_DEG)
+    return SharedError(f"direction of the {axis} axis", "spin-direction", u_rad, stated=stated, columns=(at,))
+
+
+def _directions(rig: RigDescription, sensor: Sensor) -> Iterator[SharedError]:
+    """Yield how far the axes lean that turn a gyro."""
+    for name in ANGLES if sensor.measures == "rate" else ():
+        axis = rig.axes.get(name)
+        if axis is not None and axis.direction_uncertainty_arcsec > 0.0:
+            standard = rig.standards.get(axis.standard) if axis.standard else None
+            u_arcsec = axis.direction_uncertainty_arcsec / divisor(standard)
+            yield direction_error(name, u_arcsec, f"axes.{name}: u {two_digits(u_arcsec)}″ to either side")
 
 
 def _g_sensitivity(sensor: Sensor) -> Iterator[SharedError]:

@@ -21,17 +21,21 @@ class Undeclared:
     table: tuple[Said, ...] = ()
     """Of the indices of its axes, where attitudes are told by them."""
 
+    directions: tuple[Said, ...] = ()
+    """Of its axes, where gyros turned about them."""
+
     @property
     def remarks(self) -> tuple[str, ...]:
         """All of them as sentences."""
-        return tuple(said.text for said in (*self.level, *self.table, *self.meter, *self.rates, *self.gravity))
+        every = (*self.level, *self.table, *self.meter, *self.rates, *self.directions, *self.gravity)
+        return tuple(said.text for said in every)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Each as a finding that no test made."""
         kinds: Mapping[FindingKind, tuple[Said, ...]] = {
             "level-undeclared": self.level,
-            "table-undeclared": self.table,
+            "table-undeclared": (*self.table, *self.directions),
             "meter-undeclared": self.meter,
             "rate-undeclared": self.rates,
             "gravity-undeclared": self.gravity,

@@ -48,6 +48,9 @@ class AxisSettings(StrictTable):
     """The machine's angle at which the axis was set to read true."""
     index_zero_uncertainty_arcsec: NotNegative = 0.0
     """Of setting it there; stated as ``uncertainty_arcsec``."""
+    direction_uncertainty_arcsec: NotNegative = 0.0
+    """Of the direction that it turns about, to either side: squareness, and the seat on it; as ``uncertainty_arcsec``.
+    """
     index_table: str | IndexTable | None = None
     """A file of the certificate's errors at angles, relative to the rig file; its rows once it is read."""
     standard: str | None = None

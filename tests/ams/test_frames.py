@@ -7,6 +7,8 @@ import pytest
 from example_files import ROOT
 
 from ams.frames import (
+    beside_axis,
+    body_rates_rad_s,
     from_level_axes,
     specific_force,
     specific_force_by_base,
@@ -106,6 +108,20 @@ def test_turns_of_base_and_package_are_those_of_small_rotations(has_yaw: bool) -
     for axis, slope in enumerate(specific_force_by_turn(pitch, roll, given)):
         turned = (force_of_matrix(turned_about(axis, SMALL) @ stood) - force) / SMALL
         np.testing.assert_allclose(slope, turned, atol=1e-5)
+
+
+@pytest.mark.parametrize(("axis", "across"), [(0, (0, 2)), (1, (0, 1)), (2, (1, 2))])
+def test_an_axis_leans_at_right_angles_and_the_same_way_in_what_carries_it(axis: int, across: tuple[int, ...]) -> None:
+    """Turned back by the angles of what it carries, to where roll and yaw are zero, the directions are fixed."""
+    chance = np.random.default_rng(5)
+    euler = chance.uniform(-3.0, 3.0, (20, 3))
+    about = body_rates_rad_s(euler, np.tile(np.eye(3)[axis], (20, 1)))
+    beside = beside_axis(euler, axis)
+    square = np.concatenate([about[:, None], beside], axis=1)
+    assert square @ np.swapaxes(square, 1, 2) == pytest.approx(np.tile(np.eye(3), (20, 1, 1)), abs=1e-12)
+    for (_, yaw, roll), leaning in zip(euler, beside, strict=True):
+        inside = [turned_about(0, roll) @ turned_about(2, yaw), turned_about(0, roll), np.eye(3)][axis]
+        assert leaning @ inside == pytest.approx(np.eye(3)[list(across)], abs=1e-12)
 
 
 def test_wrapped_angles_include_plus_half_a_turn_and_exclude_minus() -> None:

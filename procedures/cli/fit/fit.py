@@ -33,7 +33,7 @@ from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
 from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import (
-    errors_of_gyros,
+    errors_of_options,
     measured_utc,
     model_named,
     on_command_line,
@@ -69,7 +69,10 @@ def fit(
     monte_carlo: int = 0,
     rig: Path | None = None,
     rate_uncertainty_ppm: float | None = None,
+    direction_uncertainty_arcsec: float | None = None,
     largest_g_sensitivity_dps_per_g: float | None = None,
+    reference_uncertainty_ppm: float | None = None,
+    reference_zero_uncertainty: float | None = None,
     joint: Flag = False,
     prior: Named = None,
     mount: str | None = None,
@@ -125,8 +128,17 @@ def fit(
     rate_uncertainty_ppm
         For gyros: relative standard uncertainty of the rate table's rates, one error of all of them, in parts per
         million.
+    direction_uncertainty_arcsec
+        For gyros: standard uncertainty of the direction of every axis of the table to either side (squareness of the
+        axes, seat of the package), in arc seconds.
     largest_g_sensitivity_dps_per_g
         For gyros: limit of the data sheet on what one g does to their zeros; it counts for use at any attitude.
+    reference_uncertainty_ppm
+        For linear: relative standard uncertainty of the known levels (the gain of a coil or of its current source), one
+        error of all of them, in parts per million.
+    reference_zero_uncertainty
+        For linear: standard uncertainty of what is added to all known levels (a field that stands there besides), in
+        the unit of reference_<unit>.
     joint
         Fit package and table together, the table's errors under the rig's priors; says what stays confounded.
     prior
@@ -152,7 +164,11 @@ def fit(
     form = _form(separator, decimal)
     columns = _columns(axis)
     name = model_named(model, package, on_command_line)
-    of_gyros = errors_of_gyros(rate_uncertainty_ppm, largest_g_sensitivity_dps_per_g, model, on_command_line)
+    stated_errors = (
+        rate_uncertainty_ppm, direction_uncertainty_arcsec, largest_g_sensitivity_dps_per_g, reference_uncertainty_ppm,
+        reference_zero_uncertainty,
+    )  # fmt: skip
+    of_options = errors_of_options(stated_errors, model, on_command_line)
     description = None if rig is None else read_rig_of_site(rig)
     require_sensor(description, sensor, str(rig))
     sensor = named_sensor(description, sensor, columns.values())
@@ -170,23 +186,19 @@ def fit(
         time_term=time_term == "linear",
         residual_curvature=hessian,
         declared={} if description is None else declared_directions(sensor_of(description, sensor)),
-        shared_errors=of_gyros if description is None else errors_of_file(description, sensor),
+        shared_errors=of_options if description is None else errors_of_file(description, sensor),
     )
     request = on_table(request, description)
     reference = sting_package(sting, sting_axis, name, is_joint=joint)
-    if (prior or mount) and not joint:
-        raise RequestError("--prior and --mount: belong to --joint, which is missing")
+    _refuse_priors(is_given=bool(prior or mount), is_joint=joint)
     measured = _measured_utc(file, form, calibrated_on, is_of_use=(rig or set_) is not None)
-    wish = (
-        None
-        if set_ is None
-        else wished_set(set_, sensor, gravity_mps2, description, measured, senses_gravity=takes_rig)
-    )
+    wish: WishedSet | None = None
+    if set_ is not None:
+        wish = wished_set(set_, sensor, gravity_mps2, description, measured, senses_gravity=takes_rig)
     overdue = () if description is None else overdue_warnings(description, local_day(datetime.now(UTC)), measured)
     with _refusals_name(file):
         if joint:
-            stated = check_joint(request, description)
-            given = parse_priors(prior)
+            stated, given = check_joint(request, description), parse_priors(prior)
             document = fit_jointly(
                 file, form, columns, stated, given, mount, wish, sensor=sensor, request=request, doubts=overdue
             )
@@ -305,6 +317,11 @@ def _refuse_without_result(sensor: str | None, gravity_mps2: float | None, rig: 
         raise RequestError("--sensor: belongs to --set or --rig, which are missing; nothing was solved")
     if gravity_mps2 is not None and set_ is None:
         raise RequestError("--gravity-mps2: belongs to --set, which is missing; nothing was solved")
+
+
+def _refuse_priors(*, is_given: bool, is_joint: bool) -> None:
+    if is_given and not is_joint:
+        raise RequestError("--prior and --mount: belong to --joint, which is missing")
 
 
 def _refuse_rig(rig: RigDescription | None, model: str, *, takes_rig: bool) -> None:

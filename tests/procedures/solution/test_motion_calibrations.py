@@ -21,7 +21,7 @@ from ams.exports.formats import load_set
 from ams.exports.verify import verify
 from ams.sets.apply import sensed_level
 from ams.sets.canonical import listed, number, table
-from ams.sets.verdict_conditions import NO_STANDARD_OF_RATES
+from ams.sets.verdict_conditions import NO_DIRECTIONS, NO_STANDARD_OF_RATES, verdict_conditions
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, sets_of, solve_run
 from procedures.records.states import State
@@ -227,9 +227,13 @@ def _require_told_that_no_standard_is_behind_the_rates(solved: SolvedRun) -> Non
     for axis in calibration.axes.values():
         (finding,) = [finding for finding in axis.findings if finding.kind == "rate-undeclared"]
         assert (finding.text, finding.is_significant) == (said, False)
+        (leaning,) = [finding for finding in axis.findings if finding.kind == "table-undeclared"]
+        assert leaning.text.startswith(f"{NO_DIRECTIONS} (pitch, yaw, roll): ")
+    assert "the directions of the table's axes" in verdict_conditions(calibration.remarks)
     entry = sets_of(solved)["ENC03J"]
     gaps = list(gaps_of(Grounds("1", date(2026, 3, 2), entry, None, SignOff(entry.sha256, (), ()))))
     assert gaps.count(said) == 1
+    assert sum(gap.startswith(NO_DIRECTIONS) for gap in gaps) == 1
 
 
 def _require_a_set_for_the_rates_that_were_turned(solved: SolvedRun, folder: Path) -> None:

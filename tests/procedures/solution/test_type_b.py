@@ -7,9 +7,10 @@ import pytest
 from planning_files import AIR, rig_file
 
 from ams.inputs.request import CalibrationRequest
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_STANDARD_OF_RATES, NO_TABLE
+from ams.sets.verdict_conditions import NO_DIRECTIONS, NO_GRAVITY, NO_STANDARD_OF_RATES, NO_TABLE
 from procedures.description.procedure_file import Solve
 from procedures.records.declared_gaps import (
+    direction_remarks,
     gravity_remarks,
     meter_remarks,
     rate_remarks,
@@ -105,6 +106,24 @@ def test_a_gyro_is_told_of_every_axis_that_turns_without_a_standard() -> None:
     assert of_yaw.fact.startswith(f"{NO_STANDARD_OF_RATES} (yaw): ")
     assert rate_remarks(_behind(rig, "pitch", "yaw"), gyro, turned) == ()
     assert rate_remarks(rig, gyro.model_copy(update={"measures": "acceleration"}), turned) == ()
+
+
+def test_a_gyro_is_told_of_every_axis_that_turns_of_whose_direction_nothing_is_declared() -> None:
+    """The errors are asked: a remark stands exactly where they have none of that axis."""
+    rig = read_rig(EXAMPLES / "rate-table" / "rig.toml")
+    gyro, turned = rig.sensors["ENC03J"], ("pitch", "yaw")
+    (said,) = direction_remarks(rig, gyro, turned)
+    assert said.fact.startswith(f"{NO_DIRECTIONS} (pitch, yaw): ")
+    assert said.what_to_do.startswith("declare axes.pitch.direction_uncertainty_arcsec and axes.yaw.direction_unc")
+    axes = {name: axis.model_copy(update={"direction_uncertainty_arcsec": 3.0}) for name, axis in rig.axes.items()}
+    leaning = rig.model_copy(update={"axes": axes})
+    assert direction_remarks(leaning, gyro, turned) == ()
+    errors = {error.name: error for error in shared_errors(leaning, gyro)["x"]}
+    for name in turned:
+        error = errors[f"direction of the {name} axis"]
+        assert error.standard_uncertainty == pytest.approx(radians(3.0 / 3600.0) / sqrt(3.0))  # a limit
+    assert not any("direction" in error.name for error in shared_errors(rig, gyro)["x"])
+    assert direction_remarks(rig, gyro.model_copy(update={"measures": "acceleration"}), turned) == ()
 
 
 def _behind(rig: RigDescription, *names: str) -> RigDescription:

@@ -114,6 +114,7 @@ TRIALS = {
     "axes.*:pi-gcs.axis_id": Trial("ROT"),
     "readouts.*:hp3458a.cards": Trial({"1": "44472"}),
     "readouts.*:scpi-daq.cards": Trial({"1": "34902A"}),
+    "axes.*:zaber.direction_uncertainty_arcsec": Trial(20.0, job="rates"),
     "axes.*:rate-table.dialect": Trial("acutronic-acutrol3000"),
     "axes.*:rate-table.top_rate_dps": Trial(20.0, job="rates", rig=LINES_THAT_TURN),
     "axes.*:rate-table.wrap_turns": Trial(0.1, job="rates", rig=LINES_THAT_TURN),
