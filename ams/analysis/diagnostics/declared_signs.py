@@ -32,7 +32,8 @@ ANGLES: Final = ("pitch", "yaw", "roll")
 AS_DECLARED_TO: Final = "as_declared_to_v"
 """Of a finding's details: the standard deviation over the points of what the declared angles leave."""
 _PER_GRAVITY: Final = "CR"
-"""This convention counts sensitivities per g of gravity: sensors of specific force read against it, all of them."""
+"""This convention counts sensitivities per g of gravity: sensors of specific force read against it, all of them. Gyros
+of a package read with the rates about its axes, all of them."""
 _MANY_TIMES: Final = 16.0
 """What the declared angles leave over what others leave, in squares: four times the standard deviation."""
 _CHANCE: Final = 1e-6
@@ -196,14 +197,14 @@ def _fit(package: Package, candidate: _Candidate) -> _Fit | None:
         np.sqrt(sums / max(layout.points - basis.shape[1], 1)),
         np.linalg.norm(k, axis=1),
         sum(int(np.argmax(np.abs(row))) != entry.index for row, entry in zip(k, declared, strict=True)),
-        _reversed_axes(labels, k, declared, convention) if "k_x_v_per_g" in models[0].primary_names else (),
+        _reversed_axes(labels, k, declared, convention),
     )
 
 
 def _reversed_axes(
     labels: Sequence[str], k: FloatArray, declared: Sequence[DeclaredDirection], convention: str
 ) -> tuple[str, ...]:
-    """Return the axes that read with another polarity than declared, or, per g of gravity, than most of the others."""
+    """Return the axes that read with another polarity than declared, or, by CR, than most of the others."""
     along = np.array([row[entry.index] * entry.sense for row, entry in zip(k, declared, strict=True)])
     polarity = np.array([0 if entry.polarity is None else entry.polarity for entry in declared])
     if convention != _PER_GRAVITY:
@@ -272,13 +273,16 @@ def _of_polarities(package: Package, stated: _Fit, simplest: Sequence[_Fit]) -> 
     is_tied = len(others) == len(stated.reversed_axes)
     fits_with = _either(_of_outputs(package, simplest, stated, is_tied=is_tied))
     counted = ", polarities counted as they are declared" if is_declared else ""
-    declare = "" if is_declared else ", or declare the polarity (nominal_sensitivity_v_per_g of the rig file)"
+    is_of_rates = package.rows.euler_rate_rad_s is not None
+    is_declarable = not (is_declared or is_of_rates)
+    declare = ", or declare the polarity (nominal_sensitivity_v_per_g of the rig file)" if is_declarable else ""
+    file = "the file (the signs of its rates as well)" if is_of_rates else "the file"
     fact = (
         f"the axes do not read with one polarity: {' and '.join(others)} one way, "
         f"{' and '.join(stated.reversed_axes)} the other{counted}; they read with one with {fits_with}; angles "
         "inferred with such a set may have that sign"
     )
-    what_to_do = f"correct the file, the sign of the axis in the rig file or the wiring{declare}, and solve again"
+    what_to_do = f"correct {file}, the sign of the axis in the rig file or the wiring{declare}, and solve again"
     finding = Finding(
         KIND, fact, True, None, details={FITS_WITH: fits_with}, is_held=not is_declared, what_to_do=what_to_do
     )
