@@ -13,7 +13,7 @@ Axes that share a basis are solved together (:mod:`ams.calibration.columns`); th
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from ams.analysis.diagnostics.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
+from ams.calibration.askew_seats import AskewSeats, judge_seats, with_seats
 from ams.calibration.believed import evidence_of
 from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.contradicted_signs import contradicted_signs, with_readings_put_right
@@ -38,6 +39,7 @@ from ams.calibration.tilting_base import BaseTilt
 from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
 from ams.calibration.untold_curvature import bend_remarks, curvature_warnings
 from ams.calibration_result import AxisCalibration, Calibration, Replication
+from ams.finding_kinds import FindingKind
 from ams.findings import Finding, significant_texts
 from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
@@ -63,6 +65,8 @@ _LARGE_CONDITION = 1e4
 """Of the basis, its columns scaled: uncertainties are then so much larger than the noise that it is said."""
 _LONGEST_LIST = 8
 """Points that a sentence lists; more are "…"."""
+_LIKE_SEATS: Final[frozenset[FindingKind]] = frozenset({"axis-contradicted", "rate-undeclared", "wrong-dwell"})
+"""What leaves residuals that follow the rates as well, and is told already."""
 _OF_DESIGN = ("replication", "point", "pitch_rad", "roll_rad", "yaw_rad", "time_s", "temperature_degc")
 
 
@@ -93,8 +97,12 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     shared = {label: request.shared_errors.get(label, ()) for label in labels}
     groups = list(_solved(rows, layout, choices, request, weights))
     diagnoses, tilt = _diagnosed(rows, groups, choices, request)
-    if tilt is not None and request.counts_tilts:
-        shared = {label: (*errors, *tilt.counted) for label, errors in shared.items()}
+    seats = _seats(rows, groups, diagnoses, request)
+    diagnoses = diagnoses if seats is None else with_seats(diagnoses, seats, request.tested_axes or len(choices))
+    shown = () if tilt is None or not request.counts_tilts else tilt.counted
+    shown += () if seats is None else (seats.counted,)
+    if shown:
+        shared = {label: (*errors, *shown) for label, errors in shared.items()}
         groups = list(_solved(rows, layout, choices, replace(request, shared_errors=shared), weights))
     for (group, solved, _), found in zip(groups, diagnoses, strict=True):
         for row, label in enumerate(group):
@@ -129,6 +137,21 @@ def _solved(
         temperature = rows.temperature_degc if request.counts_temperature else None
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
         yield group, solved, outputs
+
+
+def _seats(
+    rows: Observations,
+    groups: Sequence[SolvedGroup],
+    found: Sequence[Sequence[Diagnosis]],
+    request: CalibrationRequest,
+) -> AskewSeats | None:
+    """Return how far the seats of a package of gyros are off; None where its signs are contradicted already."""
+    every = (said for axes in found for axis in axes for said in axis.findings)
+    if request.weights is not None or any(said.kind in _LIKE_SEATS and said.is_significant for said in every):
+        return None
+    labels = [label for group, *_ in groups for label in group]
+    outputs = [(solved, row) for group, solved, _ in groups for row in range(len(group))]
+    return judge_seats(outputs, rows, request.shared_errors.get(labels[0], ()))
 
 
 def _diagnosed(

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.errors import ObservationsError
 from ams.frames import beside_axis
 from ams.models.model import Model, Stimulus
@@ -22,6 +22,7 @@ from ams.statistics.budget import Kind
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
     "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop", "spin-direction",
+    "seat",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -35,12 +36,13 @@ time (:mod:`ams.solve.shifts_within`);
 ``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart;
 ``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it;
 ``spin-direction``: radians to either side of the axis of the table that ``columns`` names (0 pitch, 1 yaw, 2 roll),
-about which a gyro turns."""
+about which a gyro turns; ``seat``: the same, by an error of its own at each position."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
 OF_THE_AXES: tuple[Effect, ...] = ("squareness", "droop")
 """Of a table as a whole, and no turn of the package: they are named as their effects."""
+OF_THE_SPIN: tuple[Effect, ...] = ("spin-direction", "seat")
 COURSES: tuple[Effect, ...] = ("reading-course", "gain-course")
 SHIFTS = ("shift until the next calibration, offset", "shift until the next calibration, sensitivity")
 """Names of what a sensor may do after its calibration: parts of the covariance that no run draws anew."""
@@ -52,6 +54,8 @@ G_SENSITIVITY = "g-sensitivity"
 """Name of what the specific force does to the zero of a gyro: the same run repeats it, use elsewhere does not."""
 G_SENSITIVITY_LIMIT = "largest_g_sensitivity_dps_per_g"
 """Its limit, among the notes of a solved axis."""
+_STANDS = 1e-3
+"""Of the largest rate: an axis that is slower stands still."""
 _MOST_POSITIONS = 24
 """In which a package is seated while it turns; of more, angles that change all the time are no seats."""
 HALF = float(np.sqrt(0.5))
@@ -108,7 +112,7 @@ def reaches(error: SharedError, model: Model) -> bool:
     """Return whether the model has anything for the error to act on."""
     if error.effect in LEVELS:
         return _slope_of(model) is not None
-    if error.effect in ("rotation", "rate", "spin-direction"):
+    if error.effect in ("rotation", "rate", *OF_THE_SPIN):
         return any(name.endswith("_v_per_dps") for name in model.primary_names)
     if error.effect == "specific-force":
         return bool(_senses_rates(model))
@@ -133,8 +137,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return _rotated(error.columns, model, primary, rows)
     if error.effect == "specific-force":
         return _forced(model, primary, rows)
-    if error.effect == "spin-direction":
-        return _leaning(error.columns, model, primary, rows)
+    if error.effect in OF_THE_SPIN:
+        return _leaning(error, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
 
@@ -168,7 +172,7 @@ def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: St
     return np.asarray(np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)]))
 
 
-def _leaning(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+def _leaning(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
     """Return (N, q) what one radian to either side of some axes of the table makes; None but for gyros at rates.
 
     Every axis leans in what carries it, and roll in the package: by their squareness, the same at every position. Where
@@ -182,13 +186,27 @@ def _leaning(columns: Sequence[int], model: Model, primary: FloatArray, rows: St
     euler = np.stack(np.broadcast_arrays(rows.pitch_rad, yaw, rows.roll_rad), axis=-1)
     rates_dps = np.rad2deg(rows.euler_rate_rad_s)
     found = []
-    for axis in columns:
+    for axis in error.columns:
         leaning = rates_dps[:, axis, None] * (beside_axis(euler, axis) @ k)
-        positions = np.unique(np.rint(np.rad2deg(euler[:, axis + 1 :])), axis=0, return_inverse=True)[1].ravel()
-        seated = positions[:, None] == np.arange(positions.max() + 1)
-        is_seated_anew = 1 < seated.shape[1] <= _MOST_POSITIONS
-        found += [leaning, *([leaning * here[:, None] for here in seated.T] if is_seated_anew else [])]
-    return np.asarray(np.concatenate(found, axis=1))
+        seats = [leaning * here[:, None] for here in _positions(euler, rates_dps, axis).T]
+        is_seated_anew = 1 < len(seats) <= _MOST_POSITIONS
+        if error.effect == "spin-direction":
+            found += [leaning, *(seats if is_seated_anew else [])]
+        elif seats:
+            found += seats if is_seated_anew else [leaning]
+    return np.asarray(np.concatenate(found, axis=1)) if found else None
+
+
+def _positions(euler: FloatArray, rates_dps: FloatArray, axis: int) -> BoolArray:
+    """Return (N, p) which rows are of each position in which an axis turned: of the angles that it carries, to 1°."""
+    speed = np.abs(rates_dps[:, axis])
+    turned = np.flatnonzero(speed > _STANDS * np.abs(rates_dps).max())
+    carried = np.rint(np.rad2deg(euler[:, axis + 1 :])) % 360.0
+    at = np.full(speed.size, -1)
+    for index, row in enumerate(np.unique(carried[turned], axis=0)):
+        at[np.all(carried == row, axis=1)] = index
+    at[speed <= _STANDS * np.abs(rates_dps).max()] = -1
+    return np.asarray(at[:, None] == np.arange(at.max() + 1))
 
 
 def _senses_rates(model: Model) -> list[int]:
