@@ -33,6 +33,8 @@ _COUNTED: Final = 0.1
 """The chance of residuals that follow the rates of a position as plainly by noise alone, below which they count."""
 _ROUNDING: Final = 1e-9
 """Of the largest share: less is rounding."""
+_ABSORBED: Final = 1e-6
+"""Of a pattern: what sensitivities leave of a lone position is rounding, and no seat shows in it."""
 _FEWEST: Final = 2
 """Replications: one has no scatter to hold against."""
 
@@ -87,7 +89,7 @@ def judge_seats(
     scores = np.asarray(sum(score for score, _, _ in shown))
     values, vectors = np.linalg.eigh(np.asarray(sum(information for _, information, _ in shown)))
     is_seen = values > _ROUNDING * values[-1]
-    if not is_seen.any():
+    if not values[-1] > 0.0:
         return None
     seen, along = values[is_seen], vectors[:, is_seen].T @ scores
     square, number, dof = float(np.sum(along**2 / seen)), float(seen.size), sum(dof for *_, dof in shown)
@@ -113,6 +115,7 @@ def _shown(solved: SolvedColumns, row: int, rows: Stimulus) -> tuple[FloatArray,
     taken, _ = orthogonal(layout.mean_by_point(solved.problem.form.basis))
     at_points = layout.mean_by_point(np.column_stack([columns, solved.problem.outputs[:, row]]))
     left = at_points - taken @ (taken.T @ at_points)
-    pattern, residual = left[:, :-1], left[:, -1]
+    whole, kept = (np.linalg.norm(each[:, :-1], axis=0) for each in (at_points, left))
+    pattern, residual = left[:, :-1] * (kept > _ABSORBED * whole), left[:, -1]
     of_means = variance / layout.typical_readings
     return pattern.T @ residual / of_means, pattern.T @ pattern / of_means, float(solved.mixed.sums.dof_precision)

@@ -83,3 +83,4 @@ def test_one_position_an_axis_shows_no_seat() -> None:
     few = table[(table["roll_deg"] == 0.0) | (table["roll_deg"] == 90.0)]
     document = calrig.fit(few, COLUMNS, model="gyro", **STATED).document
     assert not is_told(document)
+    assert SEATS not in str(document)

@@ -20,22 +20,25 @@ RATES_KNOWN = {"rate_uncertainty_ppm": 10.0, "largest_g_sensitivity_dps_per_g": 
 
 
 def held(campaigns: int = 30, *, is_stated: bool, **wrong: float) -> float:
-    """Share of the axes whose true coning lies in the stated 95 %."""
+    """Of the axes whose coning is told, the share whose true one lies in the stated 95 %."""
     stated = {"direction_uncertainty_arcsec": LEANS_ARCSEC} if is_stated else {}
     inside = []
     for seed in range(campaigns):
         table, coning_deg = gyros(seed, **wrong)
         axes = calrig.fit(table, COLUMNS, model="gyro", **RATES_KNOWN, **stated).document["axes"]
         for axis, true_deg in zip("xyz", coning_deg, strict=True):
-            half_deg = axes[axis]["budget"]["expanded_uncertainty_95"]["coning_deg"]
-            inside.append(abs(axes[axis]["parameters"]["coning_deg"]["value"] - true_deg) <= half_deg)
+            value_deg = axes[axis]["parameters"]["coning_deg"]["value"]
+            if value_deg is not None:
+                half_deg = axes[axis]["budget"]["expanded_uncertainty_95"]["coning_deg"]
+                inside.append(abs(value_deg - true_deg) <= half_deg)
     return float(np.mean(inside))
 
 
 @pytest.mark.parametrize("wrong", ["squareness_arcsec", "seats_arcsec"])
 def test_the_coning_of_gyros_on_axes_that_lean_is_held_where_it_is_stated_and_not_where_it_is_not(wrong: str) -> None:
     assert held(is_stated=True, **{wrong: LEANS_ARCSEC}) > 0.93
-    assert held(10, is_stated=False, **{wrong: LEANS_ARCSEC}) < 0.6
+    if wrong == "squareness_arcsec":  # seats that differ are shown by the points: tests/ams/calibration
+        assert held(10, is_stated=False, **{wrong: LEANS_ARCSEC}) < 0.6
 
 
 def test_what_is_stated_of_the_directions_is_in_the_coning_and_not_in_the_scale_factor() -> None:
