@@ -14,6 +14,8 @@ FASTEST_DPS: Final = 36_000.0
 """A hundred turns a second: nothing that carries a sensor turns faster."""
 WIDEST_ARRIVAL_DEG: Final = 1.0
 """An axis that far beside its target has not arrived there, whatever it is."""
+FINE_DEG: Final = 0.01
+"""A drive of finer steps has no teeth: it may come to rest some of them beside its target."""
 
 
 def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
@@ -37,11 +39,12 @@ def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
             )
         for key, sentence in axis.motion_complaints():
             yield file.complaint(("axes", name, key), sentence)
-        widest_deg = min(WIDEST_ARRIVAL_DEG, 0.5 * axis.increment_deg or WIDEST_ARRIVAL_DEG)
+        beside_deg = max(0.5 * axis.increment_deg, FINE_DEG) if axis.increment_deg else WIDEST_ARRIVAL_DEG
+        widest_deg = min(WIDEST_ARRIVAL_DEG, beside_deg)
         if axis.arrival_tolerance_deg >= widest_deg:
             why = (
                 "half its increment_deg: it would count as there beside the next index"
-                if axis.increment_deg
+                if 0.5 * axis.increment_deg >= FINE_DEG
                 else ("farther off it is at another attitude")
             )
             yield file.complaint(
