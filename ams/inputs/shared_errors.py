@@ -185,6 +185,8 @@ def _leaning(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
     yaw = np.zeros_like(rows.roll_rad) if rows.yaw_rad is None else rows.yaw_rad
     euler = np.stack(np.broadcast_arrays(rows.pitch_rad, yaw, rows.roll_rad), axis=-1)
     rates_dps = np.rad2deg(rows.euler_rate_rad_s)
+    if error.effect == "seat" and (np.count_nonzero(_turns(rates_dps), axis=1) > 1).any():
+        return None  # in a motion of several axes at once there are no positions
     found = []
     for axis in error.columns:
         leaning = rates_dps[:, axis, None] * (beside_axis(euler, axis) @ k)
@@ -199,14 +201,20 @@ def _leaning(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
 
 def _positions(euler: FloatArray, rates_dps: FloatArray, axis: int) -> BoolArray:
     """Return (N, p) which rows are of each position in which an axis turned: of the angles that it carries, to 1°."""
-    speed = np.abs(rates_dps[:, axis])
-    turned = np.flatnonzero(speed > _STANDS * np.abs(rates_dps).max())
+    is_turned = _turns(rates_dps)[:, axis]
+    turned = np.flatnonzero(is_turned)
     carried = np.rint(np.rad2deg(euler[:, axis + 1 :])) % 360.0
-    at = np.full(speed.size, -1)
+    at = np.full(is_turned.size, -1)
     for index, row in enumerate(np.unique(carried[turned], axis=0)):
         at[np.all(carried == row, axis=1)] = index
-    at[speed <= _STANDS * np.abs(rates_dps).max()] = -1
+    at[~is_turned] = -1
     return np.asarray(at[:, None] == np.arange(at.max() + 1))
+
+
+def _turns(rates_dps: FloatArray) -> BoolArray:
+    """Return (N, 3) which axes turn in which rows."""
+    speed = np.abs(rates_dps)
+    return np.asarray(speed > _STANDS * speed.max())
 
 
 def _senses_rates(model: Model) -> list[int]:

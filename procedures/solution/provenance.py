@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import body_rates_rad_s
+from ams.frames import body_rates_rad_s, wrap_deg
 from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
@@ -126,7 +126,7 @@ def pitch_range_deg(values_deg: FloatArray) -> tuple[float, float]:
 
 
 def _wrapped_deg(values_deg: FloatArray) -> FloatArray:
-    return np.where(np.abs(values_deg) > 180.0, (values_deg + 180.0) % 360.0 - 180.0, values_deg)
+    return np.where(np.abs(values_deg) > 180.0, wrap_deg(values_deg), values_deg)
 
 
 def _yaw_range(solved: SolvedSensor) -> tuple[float, float] | None:

@@ -14,7 +14,8 @@ LARGER_THAN_ANY_BUFFER = 10_000_000
 
 
 def workers() -> list[psutil.Process]:
-    return [child for child in psutil.Process().children() if "spawn_main" in " ".join(child.cmdline())]
+    children = [child for child in psutil.Process().children() if child.status() != psutil.STATUS_ZOMBIE]
+    return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
 
 
 def test_every_task_is_answered_once_and_the_processes_do_the_next() -> None:
