@@ -129,10 +129,12 @@ def test_the_verdict_is_one_word_in_json_set_archive_export_and_certificate(form
     verdict = forms["verdict"]
     assert verdict in ("sound", "usable", "not usable")
     assert forms["stored"].document["verdict"] == verdict
-    assert f"verdict of the calibration: {verdict}{WITHOUT}" in statement(forms["stored"])
+    (said,) = (line for line in statement(forms["stored"]) if line.startswith("verdict of the calibration"))
+    assert said.startswith(f"verdict of the calibration: {verdict}{WITHOUT}")
+    goes_on = said.removeprefix(f"verdict of the calibration: {verdict}")
     assert f"verdict of the calibration: {verdict}" in set_text(forms["stored"].document, "engineering")
-    assert f"Verdict of the calibration: <b>{verdict}</b>{WITHOUT}" in forms["certificate page"]
-    assert f"verdict of the calibration {verdict}{WITHOUT}" in _flat(to_dcc(forms["stored"]).decode("utf-8"))
+    assert f"Verdict of the calibration: <b>{verdict}</b>{goes_on}" in forms["certificate page"]
+    assert f"verdict of the calibration {verdict}{goes_on}" in _flat(to_dcc(forms["stored"]).decode("utf-8"))
     if verdict != "not usable":
         assert WITHOUT in set_text(forms["stored"].document, "engineering").replace("\n", " ")
 
