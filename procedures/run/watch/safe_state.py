@@ -104,7 +104,7 @@ def _outputs_left(rig: OpenRig, plan: Plan) -> list[str]:
 
 
 def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:
-    """Return where the axes rest, by two looks that agree over lines without an error.
+    """Return where the axes rest, by two looks that agree over lines without an error, each of every axis.
 
     A question that the line damages can itself send servos home. Where they do not agree, everything is stopped again.
     """
@@ -112,11 +112,17 @@ def _seen_at_rest(rig: OpenRig, failures: list[str]) -> dict[str, float]:
         before_deg, errors = resting_deg(rig), _line_errors(rig)
         rig.clock.sleep(BETWEEN_LOOKS_S)
         now_deg = resting_deg(rig)
-        if failures or (now_deg == before_deg and _line_errors(rig) == errors):
+        is_whole = now_deg.keys() == rig.axes.keys()  # one that moves is missing in both, which agrees as well
+        if failures or (is_whole and now_deg == before_deg and _line_errors(rig) == errors):
             return now_deg
         _attempt(lambda: stop_all(rig.axes, rig.clock), failures)
-    failures.append("stop: an axis moves again after it was seen at rest; use the stop button at the machine")
-    return resting_deg(rig)
+    now_deg = resting_deg(rig)
+    unseen = ", ".join(name for name in rig.axes if name not in now_deg)
+    failures.append(
+        f"stop: not every axis is known to stand still: {unseen or 'one of them'} moves again after it was seen at "
+        "rest, or does not answer; use the stop button at the machine"
+    )
+    return now_deg
 
 
 def _line_errors(rig: OpenRig) -> int:

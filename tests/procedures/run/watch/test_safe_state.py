@@ -120,3 +120,26 @@ def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path:
     assert spoilt.pitch.stops == 2
     assert safe.failures == ()
     assert safe.positions_deg == {"pitch": 5.0, "roll": 0.0}
+
+
+@pytest.mark.parametrize("answers", [True, False])
+def test_an_axis_that_is_seen_at_rest_by_neither_look_is_told_and_stopped_again(tmp_path: Path, answers: bool) -> None:
+    """Missing in both looks it agreed with itself: a stop that a damaged command undid was told as a rest."""
+    from procedures.run.watch.safe_state import MOST_STOPS, make_safe
+    from rig.assembly.open_rig import open_rig
+
+    small = bench(tmp_path)
+    with open_rig(small.rig) as rig:
+
+        def look(state: AxisState) -> AxisState:
+            if threading.current_thread() is threading.main_thread():  # the stop itself looks in a thread of its own
+                if not answers:
+                    raise DeviceFault("pitch: no answer")
+                return replace(state, is_moving=True)
+            return state
+
+        spoilt = FaultyRig(rig, look=look)
+        safe = make_safe(spoilt, small.plan)
+    assert spoilt.pitch.stops == 1 + MOST_STOPS
+    assert "not every axis is known to stand still: pitch moves again after it was seen at rest" in safe.failures[0]
+    assert (set(safe.positions_deg), safe.cause) == ({"roll"}, "standstill")
