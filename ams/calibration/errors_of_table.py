@@ -10,6 +10,8 @@ from ams.inputs.table_uncertainty import index_labels
 
 SQUARENESS_AND_TILT: Final = 2
 """The first columns, not in this order: axes out of square, and a base that stands off about its forward axis."""
+NOTHING: Final = 1e-6
+"""Of the square of a column: less is left beside others by rounding."""
 
 
 def errors_of_table(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None) -> FloatArray:
@@ -23,6 +25,13 @@ def errors_of_table(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatA
         if angle is not None
     ]
     return np.concatenate([of_axes, *curves], axis=2)
+
+
+def directions_of(columns: FloatArray) -> FloatArray:
+    """Return (N, r) orthonormal directions of (N, c) columns; what is left beside others by rounding is none."""
+    squares, vectors = np.linalg.eigh(columns.T @ columns)
+    kept = squares > NOTHING * squares.max(initial=0.0)
+    return np.asarray(columns @ (vectors[:, kept] / np.sqrt(squares[kept])))
 
 
 def _curves(angle_rad: FloatArray, slope: FloatArray) -> FloatArray:

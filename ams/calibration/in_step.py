@@ -22,7 +22,7 @@ from ams.analysis.diagnostics.sensed_force import along_force, attitude_of_point
 from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_of_accelerometer
 from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray
-from ams.calibration.errors_of_table import errors_of_table
+from ams.calibration.errors_of_table import directions_of, errors_of_table
 from ams.calibration.in_step_between import judge_between
 from ams.calibration.in_step_found import TILTS, WAVES, InStep, Way, waves_at, waves_of
 from ams.frames import AXES, Attitude
@@ -39,8 +39,6 @@ _MAY_SHOW: Final = 4.0
 """Times the level: by nominal axes and equal weights it is seen a little less, or a little more."""
 _SEEN: Final = 0.01
 """Of the square of a wave: of which less is left beside all else, is a part of that."""
-_NOTHING: Final = 1e-6
-"""Of the square of a column: less is left beside others by rounding."""
 _GROUPS: Final[tuple[tuple[Way, int], ...]] = tuple(
     (way, wave) for way in ("meter", "base", "outputs") for wave in range(1, WAVES + 1)
 )
@@ -204,9 +202,7 @@ def _columns(design: _Design, direction: FloatArray, per_g: float) -> FloatArray
 def _directions(columns: FloatArray, scale: FloatArray, per_g: FloatArray) -> _Directions:
     """Return the directions of (s, K, c) columns, each output times its ``scale``, (s,)."""
     others = columns[:, :, _OF_TABLE].reshape(-1, columns.shape[2] - _OF_TABLE.start)
-    squares, vectors = np.linalg.eigh(others.T @ others)
-    kept = squares > _NOTHING * squares.max(initial=0.0)
-    of_table = others @ (vectors[:, kept] / np.sqrt(squares[kept]))
+    of_table = directions_of(others)
     found = []
     for way, wave in _GROUPS:
         left, _ = _left(columns, of_table, way, (wave,), scale, per_g)

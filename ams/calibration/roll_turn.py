@@ -24,7 +24,7 @@ from ams.analysis.diagnostics.sensed_force import along_force, attitude_of_point
 from ams.analysis.diagnostics.step_patterns import force
 from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_of_accelerometer
 from ams.arrays import FloatArray
-from ams.calibration.errors_of_table import SQUARENESS_AND_TILT, errors_of_table
+from ams.calibration.errors_of_table import NOTHING, SQUARENESS_AND_TILT, directions_of, errors_of_table
 from ams.calibration.roll_turn_found import RollTurn, turned_with_roll
 from ams.calibration.table_limit import of_higher_order
 from ams.frames import AXES, Attitude
@@ -41,8 +41,6 @@ _MAY_SHOW: Final = 4.0
 """Times the level: by nominal axes and equal weights it is seen a little less, or a little more."""
 _OTHERS_SHOW: Final = 0.05
 """Chance of as much without the output that shows it most."""
-_NOTHING: Final = 1e-6
-"""Of the square of a column: less is left beside others by rounding."""
 _PASSES: Final = 3
 """That find what each output scatters by."""
 _OF_TURN: Final = slice(0, 3)
@@ -98,7 +96,7 @@ def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | N
     if not (seen and p_value <= level):
         return None
     square, along, dof = _beside(shown, columns, _OF_SQUARENESS)
-    covariance = np.linalg.pinv(square.sum(axis=0), rcond=_NOTHING, hermitian=True)
+    covariance = np.linalg.pinv(square.sum(axis=0), rcond=NOTHING, hermitian=True)
     turn_rad = covariance @ along.sum(axis=0)
     return RollTurn(turn_rad, covariance, dof, p_value, len(outputs), _lone_axis(shown, columns, turn_rad))
 
@@ -179,11 +177,9 @@ def _left_of_turn(columns: FloatArray, beside: slice) -> tuple[FloatArray, Float
     """Return what (s, K, c) columns ``beside`` leave of those of the turn, (s, K, 3), and (s K, r) what they span."""
     stacked = columns.reshape(-1, columns.shape[2])
     turn, others = stacked[:, _OF_TURN], stacked[:, beside]
-    squares, vectors = np.linalg.eigh(others.T @ others)
-    kept = squares > _NOTHING * squares.max(initial=0.0)
-    spans = others @ (vectors[:, kept] / np.sqrt(squares[kept]))
+    spans = directions_of(others)
     left = turn - spans @ (spans.T @ turn)
-    left[:, np.vecdot(left.T, left.T) <= _NOTHING * np.vecdot(turn.T, turn.T)] = 0.0
+    left[:, np.vecdot(left.T, left.T) <= NOTHING * np.vecdot(turn.T, turn.T)] = 0.0
     return left.reshape(*columns.shape[:2], 3), spans
 
 
@@ -200,9 +196,9 @@ def _beside(shown: Sequence[_Shown], columns: FloatArray, beside: slice) -> tupl
         by_output = (reading - spans @ (spans.T @ reading)).reshape(left.shape[:2])
         square, along = left.transpose(0, 2, 1) @ left, np.einsum("ska,sk->sa", left, by_output)
         whole = square.sum(axis=0)
-        turn = np.linalg.pinv(whole, rcond=_NOTHING, hermitian=True) @ along.sum(axis=0)
+        turn = np.linalg.pinv(whole, rcond=NOTHING, hermitian=True) @ along.sum(axis=0)
         rest = by_output - left @ turn
-        taken = spans.shape[1] + int(np.linalg.matrix_rank(whole, _NOTHING * np.abs(whole).max(), hermitian=True))
+        taken = spans.shape[1] + int(np.linalg.matrix_rank(whole, NOTHING * np.abs(whole).max(), hermitian=True))
         dof = sum(output.dof for output in shown) - taken
         variance = variance * np.vecdot(rest, rest) * (len(shown) / dof)
     inflation = float(np.vecdot(rest, rest).sum()) / dof
@@ -212,5 +208,5 @@ def _beside(shown: Sequence[_Shown], columns: FloatArray, beside: slice) -> tupl
 def _explained(square: FloatArray, along: FloatArray) -> tuple[float, int]:
     """Return what a rotation explains, and how many of its components are seen."""
     values, vectors = np.linalg.eigh(square)
-    is_seen = values > _NOTHING * max(float(values[-1]), 0.0)
+    is_seen = values > NOTHING * max(float(values[-1]), 0.0)
     return float(((vectors.T @ along)[is_seen] ** 2 / values[is_seen]).sum()), int(is_seen.sum())

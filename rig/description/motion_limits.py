@@ -45,7 +45,7 @@ def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
             why = (
                 "half its increment_deg: it would count as there beside the next index"
                 if 0.5 * axis.increment_deg >= FINE_DEG
-                else ("farther off it is at another attitude")
+                else "farther off it is at another attitude"
             )
             yield file.complaint(
                 ("axes", name, "arrival_tolerance_deg"),

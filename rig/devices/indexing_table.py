@@ -95,14 +95,16 @@ class DialectSettings(AxisSettings):
 
     def remarks(self) -> tuple[str, ...]:
         dialect = self.spoken()
-        measured = dialect.position_is == "measured" or None
         lacks = [
-            (measured, f"its position is {COMMANDED}"),
-            (dialect.stop, "it cannot be stopped: a move that began ends at its target"),
-            (dialect.identity, "it cannot be asked who it is"),
-            (dialect.state, f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do"),
+            (dialect.position_is == "commanded", f"its position is {COMMANDED}"),
+            (dialect.stop is None, "it cannot be stopped: a move that began ends at its target"),
+            (dialect.identity is None, "it cannot be asked who it is"),
+            (
+                dialect.state is None,
+                f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do",
+            ),
         ]
-        return tuple(f"dialect {dialect.name}: {sentence}" for known, sentence in lacks if known is None)
+        return tuple(f"dialect {dialect.name}: {sentence}" for is_lacking, sentence in lacks if is_lacking)
 
 
 def miswritten_targets(codec: TableCodec, settings: DialectSettings) -> Miswritten:
