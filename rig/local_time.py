@@ -19,6 +19,14 @@ def local_day(moment_utc: datetime, zone: tzinfo | None = None) -> date:
     return moment_utc.astimezone(zone).date()
 
 
+def from_the_wall(clock: datetime, zone: tzinfo | None = None) -> datetime:
+    """Return the moment, in UTC, at which a clock at the wall shows this, by the summer time of that day.
+
+    ``zone``: this machine's own. Of an hour that is shown twice the first is meant, or the second with ``fold=1``.
+    """
+    return (clock if zone is None else clock.replace(tzinfo=zone)).astimezone(UTC)
+
+
 def text_at_both(iso_utc: str) -> str:
     """Return a moment that a file of ours keeps as text as people read it; what is none is left as it is."""
     try:

@@ -40,6 +40,7 @@ from procedures.journal.live import read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.standing import progress_of
 from procedures.journal.status import status
+from rig.local_time import local_day
 
 MOST_NAMED = 12
 """Of other runs below one; the archive finds all."""
@@ -157,8 +158,9 @@ class _Pages:
         console = self._console
         listed = await run_sync(console.listed)
         items = await run_sync(undecided_items, console.queues, console.clock)
-        summary = await run_sync(night, listed, console.archive_url, console.clock.now_utc(), items)
-        return self._shown(request, "night.html.j2", here="night", night=summary, today=console.clock.now_utc().date())
+        now_utc = console.clock.now_utc()
+        summary = await run_sync(night, listed, console.archive_url, now_utc, items)
+        return self._shown(request, "night.html.j2", here="night", night=summary, today=local_day(now_utc))
 
     async def archive(self, request: Request) -> Response:
         words, standard = request.query_params.get("q", ""), request.query_params.get("standard")
@@ -173,7 +175,7 @@ class _Pages:
         return self._shown(
             request, "archive.html.j2", here="archive", absent=absent, words=words, standard=standard,
             found=found[:MOST_LISTED], count=len(found), sensors=sensors, due=due, every_days=SENSOR_EVERY_DAYS,
-            today=self._console.clock.now_utc().date(), archive=without_password(url),
+            today=local_day(self._console.clock.now_utc()), archive=without_password(url),
         )  # fmt: skip
 
     async def sensor(self, request: Request) -> Response:

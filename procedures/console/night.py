@@ -3,7 +3,7 @@
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta, tzinfo
+from datetime import date, datetime, time, timedelta, tzinfo
 from pathlib import Path
 
 from ams.archive.due_list import Due, due_list
@@ -18,6 +18,7 @@ from procedures.journal.taken_away import is_taken_away
 from procedures.journal.verdict_file import hindered_in, read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State, is_unasked, state_sentence
+from rig.local_time import from_the_wall, local_day
 
 EVENING_HOUR = 16
 DUE_WITHIN_DAYS = 30
@@ -63,8 +64,8 @@ class Night:
 
 def evening_before(now_utc: datetime, zone: tzinfo | None = None) -> datetime:
     """Return when yesterday's evening began where the reader is."""
-    local = now_utc.astimezone(zone)
-    return (local - timedelta(days=1)).replace(hour=EVENING_HOUR, minute=0, second=0, microsecond=0)
+    evening = datetime.combine(local_day(now_utc, zone) - timedelta(days=1), time(EVENING_HOUR))
+    return from_the_wall(evening, zone)
 
 
 def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, undecided: Mapping[Path, int]) -> Night:
@@ -79,7 +80,7 @@ def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, unde
         for run in listed
         if run.is_alive or run.modified_utc >= since_utc
     ]
-    due, trouble = _due(archive_url, now_utc.date())
+    due, trouble = _due(archive_url, local_day(now_utc))
     return Night(since_utc, tuple(sorted(runs, key=lambda run: not run.to_do)), due, trouble)
 
 

@@ -6,11 +6,11 @@ before anything moves. A simulated run needs none of it.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from datetime import date, datetime, timedelta
+from datetime import date, timedelta
 
 from procedures.errors import RequestError
 from procedures.records.overdue_standards import overdue_standards
-from rig.description.rig_file import LevelReading, RigDescription
+from rig.description.rig_file import RigDescription
 
 FRESH = timedelta(days=7)
 """A level reading that is older says little about the base of today."""
@@ -43,7 +43,7 @@ def _missing(rig: RigDescription, today: date) -> Iterator[str]:
                 yield f"{table}.{name}: no standard stands behind it"
     if rig.level.before is None:
         yield "level.before: the base was not levelled before the run"
-    elif (taken := _day(rig.level.before)) is None:
+    elif (taken := rig.level.before.day) is None:
         yield "level.before.taken: no day is given (write it as 2026-03-01)"
     elif taken < today - FRESH:
         yield f"level.before.taken: {taken} is more than {FRESH.days} days ago"
@@ -59,13 +59,6 @@ def _contradictions(rig: RigDescription, today: date) -> Iterator[str]:
 def days_to_come(rig: RigDescription, today: date) -> Iterator[str]:
     """Yield readings of the level that nobody can have taken yet."""
     for which, reading in (("before", rig.level.before), ("after", rig.level.after)):
-        taken = None if reading is None else _day(reading)
+        taken = None if reading is None else reading.day
         if taken is not None and taken > today:
             yield f"level.{which}.taken: {taken} is still to come (today is {today})"
-
-
-def _day(reading: LevelReading) -> date | None:
-    try:
-        return datetime.fromisoformat(reading.taken).date()
-    except ValueError:  # none is given, or a stored run has other words
-        return None

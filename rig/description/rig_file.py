@@ -32,6 +32,7 @@ from rig.description.twin_truth import TwinBase as TwinBase
 from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
+from rig.local_time import local_day
 from rig.toml_file import StrictTable
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
@@ -140,6 +141,15 @@ class LevelReading(StrictTable):
     taken: str = ""
     """A day, or a day and a time, as ISO 8601 writes them."""
 
+    @property
+    def day(self) -> date | None:
+        """The day on the calendar at the wall; None where none is given, or where a stored run has other words."""
+        try:
+            taken = datetime.fromisoformat(self.taken)
+        except ValueError:
+            return None
+        return taken.date() if taken.tzinfo is None else local_day(taken)
+
     @field_validator("taken", mode="before")
     @classmethod
     def _is_a_day(cls, value: object, info: ValidationInfo) -> object:
@@ -171,10 +181,8 @@ class Level(StrictTable):
         """Refuse the two readings interchanged; a run that was stored with such days stays one."""
         if info.mode == "json" or self.before is None or self.after is None:
             return self
-        if not (self.before.taken and self.after.taken):
-            return self
-        before, after = (datetime.fromisoformat(reading.taken).date() for reading in (self.before, self.after))
-        if after < before:
+        before, after = self.before.day, self.after.day
+        if before is not None and after is not None and after < before:
             raise ValueError(
                 f"after was taken on {after}, earlier than before ({before}); correct a day, or exchange the readings"
             )

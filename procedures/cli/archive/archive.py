@@ -42,6 +42,7 @@ from procedures.cli.output import note, print_json, say, say_lines
 from procedures.cli.results.coefficients_text import set_text
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
+from rig.local_time import local_day
 
 app = App(
     name="archive",
@@ -125,7 +126,7 @@ def due(
     sensor_every_days
         The interval after which a sensor is calibrated again.
     """
-    url, today = archive_url(archive), datetime.now(UTC).date()
+    url, today = archive_url(archive), local_day(datetime.now(UTC))
     known = due_list(url, sensor_every_days)
     found = [
         item

@@ -1,18 +1,23 @@
 """Laws of what `check` foresees: what finished runs are reserved about stands there before, word for word."""
 
+import os
 from dataclasses import replace
 from datetime import UTC, date, datetime, time, timedelta
 from pathlib import Path
 from zoneinfo import ZoneInfo
 
 import pytest
+from changed_sets import changed
+from example_files import EXAMPLE_RIG
 from finished_job import FinishedJob
 from planning_files import AIR, procedure_file, rig_file
 from small_run import PROCEDURE, bench
+from zones import hung_in
 
 from ams.archive.sign_offs import SignOff
 from ams.calibration_result import Calibration
 from ams.findings import significant_texts
+from ams.sets.coefficients import from_document
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.check.check_report import check
 from procedures.delivery.deliver import sets_of, solve_run
@@ -102,10 +107,13 @@ def test_a_serpentine_and_plateaus_from_one_side_are_foreseen(tmp_path: Path) ->
 
 
 def test_the_gaps_of_a_certificate_stood_in_check(finished_job: FinishedJob, tmp_path: Path) -> None:
+    """Of standards that hold: one that is due says so in other words, with other days, and has laws of its own."""
     rig = read_rig(finished_job.folder / "rig.toml")
     plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
     said = preflight(Path("rig.toml"), rig, plan, tmp_path, datetime(2026, 11, 1, 12, tzinfo=UTC)).certificate
-    (coefficients,) = sets_of(solve_run(finished_job.run)).values()
+    (made,) = sets_of(solve_run(finished_job.run)).values()
+    far = changed(made, lambda d: [one.update(due="2999-12-31") for one in d["provenance"]["standards"]])
+    coefficients = from_document(far, "a set")
     grounds = Grounds("1", coefficients.created_utc.date(), coefficients, None, SignOff(coefficients.sha256, (), ()))
     missing = [gap for gap in gaps_of(grounds) if "which nobody has accepted" not in gap]
     assert len(missing) >= 6
@@ -116,9 +124,10 @@ def test_a_standard_that_is_due_before_the_run_ends_is_told(finished_job: Finish
     rig = read_rig(finished_job.folder / "rig.toml")
     plan = check(rig, read_procedure(finished_job.folder / "procedure.toml")).plan
     two_days = replace(plan, expected=replace(plan.expected, p90_s=2.0 * 86_400.0))
-    noon_of_due = datetime.combine(rig.standards["table"].due, time(12), UTC)
+    noon_of_due = datetime.combine(rig.standards["table"].due, time(12))
     for before, is_told in ((1, True), (2, False), (30, False)):
-        gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, noon_of_due - timedelta(days=before)).certificate
+        began_utc = (noon_of_due - timedelta(days=before)).astimezone(UTC)
+        gaps = preflight(Path("rig.toml"), rig, two_days, tmp_path, began_utc).certificate
         assert any("standards.table.due" in gap for gap in gaps) == is_told
 
 
@@ -151,6 +160,19 @@ def test_a_due_day_holds_to_its_midnight_at_the_wall(
     began_utc = datetime.fromisoformat(began_local).astimezone(UTC)
     gaps = preflight(Path("rig.toml"), due_now, an_hour, tmp_path, began_utc).certificate
     assert any("standards.table.due" in gap for gap in gaps) == is_told
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the zone of a process is a variable only elsewhere")
+def test_a_level_that_was_read_this_evening_is_not_still_to_come_where_utc_has_tomorrow_already() -> None:
+    """Half past eight in the evening in St John's: by UTC it is midnight of the next day."""
+    rig = read_rig(EXAMPLE_RIG)
+    reading = LevelReading(about_pitch_arcsec=0.0, about_roll_arcsec=0.0, taken="2026-12-01T00:00:00Z")
+    read_now = rig.model_copy(update={"level": Level(before=reading)})
+    with hung_in("America/St_Johns"):
+        found = readiness(read_now, local_day(datetime(2026, 12, 1, 0, 30, tzinfo=UTC)))
+        assert [entry for entry in (*found.contradictions, *found.missing) if entry.startswith("level")] == []
+        tomorrow = LevelReading(about_pitch_arcsec=0.0, about_roll_arcsec=0.0, taken="2026-11-30")
+        assert Level(before=reading, after=tomorrow).after == tomorrow, "both on the thirtieth"
 
 
 def test_a_day_is_that_of_the_calendar_at_the_wall() -> None:

@@ -19,6 +19,7 @@ from visited_console import Visited
 from ams.archive.runs import Override, publish_run
 from ams.archive.signatures import sign
 from ams.sets.coefficients import from_document
+from rig.local_time import local_day
 
 NOW = datetime(2026, 9, 1, tzinfo=UTC)
 SIZES = [(390, 844), (820, 1180), (1440, 900)]
@@ -40,7 +41,7 @@ def test_the_desk_tells_what_is_due_and_what_was_measured_with_a_standard(tmp_pa
     browser = visited.enter()
     page = browser.get("/archive").text
     assert "3 runs" in page
-    over = (visited.clock.now_utc().date() - date(2026, 1, 1)).days
+    over = (local_day(visited.clock.now_utc()) - date(2026, 1, 1)).days
     assert f"{over} days over" in page
     assert "calibrated 2026-02-10" in page
     assert "in quarantine" in page

@@ -7,6 +7,7 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
+from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
@@ -139,7 +140,10 @@ def test_before_the_first_archived_run_the_archive_says_that_it_is_empty(browser
 
 def test_the_night_begins_yesterday_in_the_evening_of_the_reader() -> None:
     morning = datetime(2026, 3, 2, 6, 0, tzinfo=UTC)
-    assert evening_before(morning, timezone(timedelta(hours=9))).isoformat() == "2026-03-01T16:00:00+09:00"
+    east = timezone(timedelta(hours=9))
+    assert evening_before(morning, east) == datetime(2026, 3, 1, 16, tzinfo=east)
+    summer_began = datetime(2026, 3, 29, 4, 0, tzinfo=UTC)
+    assert evening_before(summer_began, ZoneInfo("Europe/Berlin")) == datetime(2026, 3, 28, 15, tzinfo=UTC)
 
 
 def test_programs_are_told_the_same(browser: TestClient) -> None:

@@ -36,20 +36,20 @@ STANDARDS = """
 [standards.meter]
 serial = "1"
 certificate = "1"
-due = 2030-01-01
+due = 2999-12-31
 kind = "expanded"
 k = 2.0
 uncertainty_v = 1.2e-5
 [standards.probe]
 serial = "2"
 certificate = "2"
-due = 2030-01-01
+due = 2999-12-31
 kind = "limit"
 uncertainty_degc = 0.3
 [standards.resistor]
 serial = "3"
 certificate = "3"
-due = 2030-01-01
+due = 2999-12-31
 kind = "standard"
 uncertainty_ohm = 0.02
 [chain."dmm.y"]

@@ -221,7 +221,7 @@ def test_what_is_no_day_is_refused(tmp_path: Path, taken: str) -> None:
 
 
 def test_readings_of_the_level_that_are_interchanged_are_refused(tmp_path: Path) -> None:
-    level = "before = { about_pitch_arcsec = 0.4, about_roll_arcsec = 0.0, taken = 2026-03-02T08:00:00Z }\n"
+    level = "before = { about_pitch_arcsec = 0.4, about_roll_arcsec = 0.0, taken = 2026-03-02T08:00:00 }\n"
     level += 'after = { about_pitch_arcsec = 0.5, about_roll_arcsec = 0.0, taken = "20260301" }\n\n'
     path = changed(EXAMPLE_RIG, "[standards.table]", f"[level]\n{level}[standards.table]", tmp_path / "rig.toml")
     with pytest.raises(DescriptionError, match=r"toml:\d+: level: .*on 2026-03-01, earlier than before \(2026-03-02"):

@@ -37,7 +37,7 @@ STANDARD = """
 [standards.meter]
 serial = "1"
 certificate = "1"
-due = 2030-01-01
+due = 2999-12-31
 kind = "limit"
 uncertainty_v = 2e-5
 """
