@@ -44,10 +44,9 @@ from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
 from ams.units import ARCSEC_PER_DEG, UNITS
 
-HEAD = "calrig coefficient set as C header, fixed point, version 2"
-CHECKSUM_LINE = c_checksum_line("C header in fixed point", HEAD)
-FIRST_LINE = c_checksum_line("C header in fixed point", "calrig coefficient set as C header, fixed point, version 1")
-"""Of headers without the macros of the verdict, which are still read."""
+HEAD = "calrig coefficient set as C header, fixed point, version {}"
+CHECKSUM_LINES = tuple(c_checksum_line("C header in fixed point", HEAD.format(version)) for version in (1, 2))
+"""Of every version, the first without the macros of the verdict; both are read."""
 FORCE_BITS = 30
 VOLT_BITS = 26
 LARGEST_WORD = 2**31 - 1
@@ -145,7 +144,7 @@ def to_c_fixed(coefficients: CoefficientSet) -> bytes:
     lost = LINES_LOSE if scale.is_of_levels else LOSES
     loses = [f"Loses: {lost}.", *(_error_text(coefficients, axis) for axis in axes)]
     lines = [
-        *opening(coefficients, HEAD, [refusal_text(prefix), *loses]),
+        *opening(coefficients, HEAD.format(len(CHECKSUM_LINES)), [refusal_text(prefix), *loses]),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <stdint.h>", ""),
         *_macros(coefficients, axes, prefix),
         *_vectors(coefficients, axes, prefix),
@@ -153,7 +152,7 @@ def to_c_fixed(coefficients: CoefficientSet) -> bytes:
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
-    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINES[-1].append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
@@ -162,10 +161,10 @@ def from_c_fixed(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its words are not those of the document
     in it.
     """
-    body, has_verdict = checked_header(content, where, CHECKSUM_LINE, FIRST_LINE)
+    body, version = checked_header(content, where, CHECKSUM_LINES)
     coefficients = document_from(body, " * ", where)
     prefix, axes = _prefix(coefficients), fixed_axes(coefficients)
-    macros = _macros(coefficients, axes, prefix, has_verdict=has_verdict)
+    macros = _macros(coefficients, axes, prefix, has_verdict=version > 1)
     expected = "\n".join([*macros, *_vectors(coefficients, axes, prefix)])
     check_same(numbers_in(body), numbers_in(expected.encode()), "macros and tables", where)
     return coefficients

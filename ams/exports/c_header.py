@@ -6,9 +6,9 @@ vector and returns the largest relative error, which is to be at most 1e-12.
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from ams.errors import SetError
+from ams.exports.c_angles import TEXT as ANGLES_TEXT
+from ams.exports.c_angles import angle_function, angle_macros
 from ams.exports.c_fields import field_function, models_in_c
 from ams.exports.c_text import (
     array,
@@ -34,18 +34,18 @@ from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import AxisNumbers
 from ams.sets.instructions import polarity
-from ams.sets.vectors import INVERSE_STEPS, is_package, is_straight, outputs_key
+from ams.sets.vectors import is_package, outputs_key
 from ams.units import UNITS
 
-HEAD = "calrig coefficient set as C header, floating point, version 2"
-CHECKSUM_LINE = c_checksum_line("C header", HEAD)
-FIRST_LINE = c_checksum_line("C header", "calrig coefficient set as C header, floating point, version 1")
-"""Of headers without the macros of the verdict, which are still read."""
+HEAD = "calrig coefficient set as C header, floating point, version {}"
+CHECKSUM_LINES = tuple(c_checksum_line("C header", HEAD.format(version)) for version in (1, 2, 3))
+"""Of every version; all are read."""
+_VERDICT_SINCE, _ANGLES_SINCE = 2, 3
+"""The versions that had their macros first."""
 FUNCTION_TEXT = [
     "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_UNIT(f, temperature_degc) the "
-    "output in OUTPUT (temperature_degc is ignored where the set has no temperature coefficients); of a package also "
-    "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg). PREFIX_self_test() must return at most 1e-12. "
-    "No function checks the validity: compare with the PREFIX_..._MIN and _MAX macros.",
+    "output in OUTPUT (temperature_degc is ignored where the set has no temperature coefficients), and does not check "
+    "the validity: compare with the PREFIX_..._MIN and _MAX macros. PREFIX_self_test() must return at most 1e-12.",
 ]
 CENTRED_TEXT = (
     "Coefficients: the macros by the names of the equations below are the coefficients of the set, and the tables "
@@ -82,65 +82,6 @@ static inline double @p@_@a@_@u@(const double f[3], double temperature_degc)
 }
 """
 ABOVE = "(temperature_degc - @P@_@A@_REFERENCE_TEMPERATURE_DEGC)"
-ANGLES = """
-/* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
-static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
-{
-    const double degree = 0.017453292519943295;
-    const double k[3][3] = {
-        @rows@
-    };
-    const double s[3] = {
-        @sensed@
-    };
-    double f[3];
-    int i;
-    for (i = 0; i < 3; i++) { /* Cramer's rule; the determinant's sign is kept, its size does not matter for angles */
-        const double (*m)[3] = k;
-        const int a = (i + 1) % 3, b = (i + 2) % 3;
-        f[i] = s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
-             + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a]);
-        f[i] *= @sign@;
-    }
-    if (!(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.0) || !isfinite(f[0] + f[1] + f[2])) {
-        return -1;
-    }
-    *pitch_deg = atan2(f[0], sqrt(f[1] * f[1] + f[2] * f[2])) / degree;
-    *roll_deg = atan2(-f[1], -f[2]) / degree;
-    return 0;
-}
-"""
-BENT_ANGLES = """
-/* outputs_v in the order @order@; returns 0, or -1 where the force is zero or not finite. */
-static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
-{
-    const double degree = 0.017453292519943295;
-    const double m[3][3] = {
-        @rows@
-    };
-    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-                             + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2])
-                             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
-    double f[3] = {0.0, 0.0, 0.0};
-    int step, i;
-    for (step = 0; step < @steps@; step++) { /* what is left of the outputs, by Cramer's rule; the bend is small */
-        const double s[3] = {
-            @left@
-        };
-        for (i = 0; i < 3; i++) {
-            const int a = (i + 1) % 3, b = (i + 2) % 3;
-            f[i] += (s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
-                   + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a])) / determinant;
-        }
-    }
-    if (!(f[0] * f[0] + f[1] * f[1] + f[2] * f[2] > 0.0) || !isfinite(f[0] + f[1] + f[2])) {
-        return -1;
-    }
-    *pitch_deg = atan2(f[0], sqrt(f[1] * f[1] + f[2] * f[2])) / degree;
-    *roll_deg = atan2(-f[1], -f[2]) / degree;
-    return 0;
-}
-"""
 SELF_TEST = """
 static inline double @p@_self_test(void)
 {
@@ -175,7 +116,11 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
     }
     guard = f"{prefix}_h".upper()
     lines = [
-        *opening(coefficients, HEAD, [refusal_text(prefix), *(_worded(text, words) for text in _texts(coefficients))]),
+        *opening(
+            coefficients,
+            HEAD.format(len(CHECKSUM_LINES)),
+            [refusal_text(prefix), *(_worded(text, words) for text in _texts(coefficients))],
+        ),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
         *_tables(coefficients, prefix),
@@ -183,7 +128,7 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
         f"#endif /* {guard} */",
         *closing(coefficients),
     ]
-    return CHECKSUM_LINE.append_to(("\n".join(lines) + "\n").encode("ascii"))
+    return CHECKSUM_LINES[-1].append_to(("\n".join(lines) + "\n").encode("ascii"))
 
 
 def from_c_header(content: bytes, where: str) -> CoefficientSet:
@@ -192,10 +137,10 @@ def from_c_header(content: bytes, where: str) -> CoefficientSet:
     Raises: SetError where the file is damaged or no set; VectorsDisagree where its macros or tables hold other numbers
     than the document in it.
     """
-    body, has_verdict = checked_header(content, where, CHECKSUM_LINE, FIRST_LINE)
+    body, version = checked_header(content, where, CHECKSUM_LINES)
     coefficients = document_from(body, " * ", where)
     prefix = prefix_of(coefficients)
-    macros = _macros(coefficients, prefix, has_verdict=has_verdict)
+    macros = _macros(coefficients, prefix, version)
     expected = "\n".join([*macros, *_tables(coefficients, prefix)])
     check_same(numbers_in(body), numbers_in(expected.encode()), "macros and tables", where)
     return coefficients
@@ -215,7 +160,8 @@ def _form(coefficients: CoefficientSet) -> SetForm:
 
 def _texts(coefficients: CoefficientSet) -> list[str]:
     is_centred = any(numbers.centring is not None for numbers in coefficients.axes.values())
-    return [*FUNCTION_TEXT, *([CENTRED_TEXT] if is_centred else [])]
+    has_angles = is_package(coefficients.axes)
+    return [*FUNCTION_TEXT, *([ANGLES_TEXT] if has_angles else []), *([CENTRED_TEXT] if is_centred else [])]
 
 
 def _worded(text: str, words: Mapping[str, str]) -> str:
@@ -224,10 +170,10 @@ def _worded(text: str, words: Mapping[str, str]) -> str:
     return text
 
 
-def _macros(coefficients: CoefficientSet, prefix: str, *, has_verdict: bool = True) -> list[str]:
+def _macros(coefficients: CoefficientSet, prefix: str, version: int = len(CHECKSUM_LINES)) -> list[str]:
     lines = [
         defined(f"{prefix}_set_sha256", f'"{coefficients.sha256}"'),
-        *(verdict_lines(coefficients, prefix) if has_verdict else []),
+        *(verdict_lines(coefficients, prefix) if version >= _VERDICT_SINCE else []),
         defined(f"{prefix}_gravity_mps2", coefficients.gravity_mps2),
     ]
     for name, limits in table(coefficients.document["validity"]).items():
@@ -238,6 +184,8 @@ def _macros(coefficients: CoefficientSet, prefix: str, *, has_verdict: bool = Tr
         lines.append(defined(f"{prefix}_{numbers.axis}_polarity", polarity(numbers)))
         lines.append(defined(f"{prefix}_{numbers.axis}_scale_{numbers.form.measured_unit}", numbers.scale_v))
         lines.extend(primary_lines(prefix, numbers))
+    if version >= _ANGLES_SINCE and is_package(coefficients.axes):
+        lines.extend(angle_macros(coefficients, prefix))
     return [*lines, ""]
 
 
@@ -280,8 +228,7 @@ def _functions(coefficients: CoefficientSet, prefix: str, form: SetForm) -> list
         here = {**names, "a": numbers.axis, "A": numbers.axis.upper()}
         lines += ["", *filled(_output(numbers), here)]
     if is_package(coefficients.axes):
-        angles = ANGLES if is_straight(coefficients.axes) else BENT_ANGLES
-        lines += ["", *filled("\n".join(filled(angles, _package(coefficients))), names)]
+        lines += ["", *filled("\n".join(angle_function(coefficients)), names)]
     count = len(form.inputs)
     checks = [
         line
@@ -323,28 +270,6 @@ def _warmed(names: Sequence[str]) -> str:
     """Return the terms of coefficients by rising power of temperature."""
     powers = enumerate(names, start=1)
     return "".join(f" + @P@_@A@_{name.upper()} * {' * '.join([ABOVE] * power)}" for power, name in powers)
-
-
-def _package(coefficients: CoefficientSet) -> dict[str, str]:
-    axes = list(coefficients.axes.values())
-    determinant = np.linalg.det(np.stack([numbers.direction_v_per_g for numbers in axes]))
-    k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]
-    sensed = [
-        f"(outputs_v[{i}] - @p@_{n.axis}_offset_@u@(temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
-        for i, n in enumerate(axes)
-    ]
-    left = [
-        f"(outputs_v[{i}] - @p@_{n.axis}_@u@(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
-        for i, n in enumerate(axes)
-    ]
-    return {
-        "order": ", ".join(coefficients.axes),
-        "left": ",\n            ".join(left),
-        "steps": str(INVERSE_STEPS),
-        "rows": ",\n        ".join(f"{{{row}}}" for row in k),
-        "sensed": ",\n        ".join(sensed),
-        "sign": "1.0" if determinant > 0.0 else "-1.0",
-    }
 
 
 FORMAT = Format("c", ".h", to_c_header, from_c_header)

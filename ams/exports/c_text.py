@@ -27,13 +27,13 @@ def c_checksum_line(kind: str, head: str) -> ChecksumLine:
     return ChecksumLine(kind, f"/* {head}\n".encode(), b"/* sha256 of all bytes above this line: ", b" */\n")
 
 
-def checked_header(content: bytes, where: str, present: ChecksumLine, first: ChecksumLine) -> tuple[bytes, bool]:
-    """Return what stands above the checksum line of a header, and whether it has the macros of the verdict.
+def checked_header(content: bytes, where: str, lines: Sequence[ChecksumLine]) -> tuple[bytes, int]:
+    """Return what stands above the checksum line of a header, and its version.
 
-    ``first``: of version 1, which had none. Raises: SetError for a damaged file and for another one.
+    ``lines``: of the versions, from 1 on. Raises: SetError for a damaged file and for another one.
     """
-    is_first = content.startswith(first.head)
-    return (first if is_first else present).checked_body(content, where), not is_first
+    version = next((index for index, line in enumerate(lines, 1) if content.startswith(line.head)), len(lines))
+    return lines[version - 1].checked_body(content, where), version
 
 
 def verdict_lines(coefficients: CoefficientSet, prefix: str) -> list[str]:

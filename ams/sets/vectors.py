@@ -25,14 +25,18 @@ INVERSE_TOLERANCE_RELATIVE = 1e-10
 """Of levels out of outputs, whose zero may be many times what the level makes."""
 DERIVED_TOLERANCE_RELATIVE = 1e-9
 """Derived parameters come from k by square roots and arc tangents, in degrees."""
+LENGTH_TEXT = (
+    "the length of f is one times gravity over that of the calibration: where it differs by more than the "
+    "uncertainties explain, an output is wrong and the angles with it"
+)
 INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; f = K^-1 (outputs - offsets) (offsets and K at the temperature); "
-    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
+    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z); " + LENGTH_TEXT
 )
 BENT_INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; f = 0 at first, then f = f + K^-1 (outputs - equation(f)), the "
     "differences divided by the factor of temperature, until f stays as it is; "
-    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z)"
+    "pitch = atan2(f_x, sqrt(f_y^2 + f_z^2)); roll = atan2(-f_y, -f_z); " + LENGTH_TEXT
 )
 LEVEL_INVERSE_TEXT = (
     "K has one row (k_x, k_y, k_z) for each axis; level = K^-1 (outputs - zero levels), along x, y, z of the package"

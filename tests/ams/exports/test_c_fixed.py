@@ -11,7 +11,7 @@ from solved import provenance, solved_package
 from solved_sets import bent_set
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.c_fixed import CHECKSUM_LINE, fixed_axes, from_c_fixed, to_c_fixed
+from ams.exports.c_fixed import CHECKSUM_LINES, fixed_axes, from_c_fixed, to_c_fixed
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set, from_document
 
@@ -102,6 +102,6 @@ def test_terms_that_it_has_no_form_of_are_refused(make: object, terms: str) -> N
 
 
 def test_a_sealed_header_with_other_words_than_its_document_disagrees(package: CoefficientSet) -> None:
-    body = CHECKSUM_LINE.checked_body(to_c_fixed(package), "file")
+    body = CHECKSUM_LINES[-1].checked_body(to_c_fixed(package), "file")
     with pytest.raises(VectorsDisagree, match="file: macros and tables: the file's own are others"):
-        from_c_fixed(CHECKSUM_LINE.append_to(body.replace(b"X_OFFSET 335544", b"X_OFFSET 335545")), "file")
+        from_c_fixed(CHECKSUM_LINES[-1].append_to(body.replace(b"X_OFFSET 335544", b"X_OFFSET 335545")), "file")

@@ -13,7 +13,7 @@ from line_sets import LEVELS_UT, line_set, triad_set
 from solved_sets import gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.c_fixed import CHECKSUM_LINE, fixed_axes, from_c_fixed, scale_of, to_c_fixed
+from ams.exports.c_fixed import CHECKSUM_LINES, fixed_axes, from_c_fixed, scale_of, to_c_fixed
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, from_document
 
@@ -130,11 +130,11 @@ def test_lines_without_a_range_of_levels_are_refused() -> None:
 
 
 def test_a_sealed_header_with_other_words_than_its_document_disagrees() -> None:
-    body = CHECKSUM_LINE.checked_body(to_c_fixed(triad_set()), "file")
+    body = CHECKSUM_LINES[-1].checked_body(to_c_fixed(triad_set()), "file")
     word = f"X_OFFSET {round(12.0 * 2**18)}".encode()
     assert word in body
     with pytest.raises(VectorsDisagree, match="file: macros and tables: the file's own are others"):
-        from_c_fixed(CHECKSUM_LINE.append_to(body.replace(word, word[:-1] + b"1")), "file")
+        from_c_fixed(CHECKSUM_LINES[-1].append_to(body.replace(word, word[:-1] + b"1")), "file")
 
 
 def test_the_error_of_a_line_is_one_and_a_half_units_and_what_its_input_adds() -> None:

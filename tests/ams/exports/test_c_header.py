@@ -14,9 +14,9 @@ from solved import provenance, solved_package
 from solved_sets import TRUTH, bent_set, gyro_set, package_set
 
 from ams.errors import SetError, VectorsDisagree
-from ams.exports.c_fixed import FIRST_LINE as FIRST_FIXED
+from ams.exports.c_fixed import CHECKSUM_LINES as FIXED_LINES
 from ams.exports.c_fixed import from_c_fixed, to_c_fixed
-from ams.exports.c_header import CHECKSUM_LINE, FIRST_LINE, from_c_header, to_c_header
+from ams.exports.c_header import CHECKSUM_LINES, from_c_header, to_c_header
 from ams.exports.linear_form import to_linear_form
 from ams.sets.coefficients import CoefficientSet, build_set
 
@@ -100,11 +100,16 @@ def test_the_angles_come_back_from_the_outputs(make: Callable[[], CoefficientSet
     double pitch_deg, roll_deg;
     for (int i = 0; i < 9; i++) {
         const double *t = calrig_sn1047_vectors[i];
-        if (calrig_sn1047_angles(t + 3, t[2], &pitch_deg, &roll_deg) != 0) return 1;
+        const double degc = TEMPERATURE;
+        const int expected = fabs(t[0]) == 90.0 ? CALRIG_SN1047_ROLL_UNDETERMINED : 0;
+        if (calrig_sn1047_angles(t + 3, degc, &pitch_deg, &roll_deg) != expected) return 1;
         printf("%.17g %.17g %.17g %.17g\\n", t[0], pitch_deg, t[1], roll_deg);
     }
     """
-    rows = np.array(printed(tmp_path, {"SN1047.h": to_c_header(make())}, main))
+    coefficients = make()
+    is_warm = any(numbers.needs_temperature for numbers in coefficients.axes.values())
+    main = main.replace("TEMPERATURE", "t[2]" if is_warm else "NAN")
+    rows = np.array(printed(tmp_path, {"SN1047.h": to_c_header(coefficients)}, main))
     rows = rows[np.abs(rows[:, 0]) < 80.0]
     assert rows[:, 1] == pytest.approx(rows[:, 0], abs=1.8e-10)
     assert (rows[:, 3] - rows[:, 2] + 180.0) % 360.0 - 180.0 == pytest.approx(0.0 * rows[:, 0], abs=1.8e-10)
@@ -188,18 +193,18 @@ def test_the_comment_says_what_a_user_must_know(package: CoefficientSet) -> None
 def test_a_sealed_header_with_other_numbers_than_its_document_disagrees(
     old: bytes, new: bytes, package: CoefficientSet
 ) -> None:
-    body = CHECKSUM_LINE.checked_body(to_c_header(package), "file")
+    body = CHECKSUM_LINES[-1].checked_body(to_c_header(package), "file")
     assert body.count(old) == 1
     with pytest.raises(
         VectorsDisagree, match="file: macros and tables: the file's own are others than those of the doc"
     ):
-        from_c_header(CHECKSUM_LINE.append_to(body.replace(old, new)), "file")
+        from_c_header(CHECKSUM_LINES[-1].append_to(body.replace(old, new)), "file")
 
 
 def test_a_sealed_header_without_the_set_is_refused(package: CoefficientSet) -> None:
-    body = CHECKSUM_LINE.checked_body(to_c_header(package), "file")
+    body = CHECKSUM_LINES[-1].checked_body(to_c_header(package), "file")
     with pytest.raises(SetError, match=r"file: has no line that begins with ' \* document_json| '"):
-        from_c_header(CHECKSUM_LINE.append_to(body.replace(b"document_json|", b"document_json:")), "file")
+        from_c_header(CHECKSUM_LINES[-1].append_to(body.replace(b"document_json|", b"document_json:")), "file")
 
 
 @pytest.mark.parametrize("export", [to_c_header, to_c_fixed])
@@ -228,10 +233,20 @@ printf("0\\n");
     assert f"#if !{prefix}_USABLE or {prefix}_SIMULATED, #error" in re.sub(r"\s+\*\s+", " ", header.decode())
 
 
+def test_a_header_of_version_2_is_read_and_its_macros_are_held_against_its_set() -> None:
+    content = (Path(__file__).parents[2] / "data" / "coefficient_set_v2.h").read_bytes()
+    assert b"REDUNDANCY_LIMIT" not in content
+    assert from_c_header(content, "v2.h").sensor == "SN1047"
+    body = CHECKSUM_LINES[1].checked_body(content, "v2.h")
+    changed = re.sub(rb"(_USABLE) 1", rb"\1 0", body, count=1)
+    with pytest.raises(VectorsDisagree, match="macros and tables"):
+        from_c_header(CHECKSUM_LINES[1].append_to(changed), "v2.h")
+
+
 @pytest.mark.parametrize("name", ["coefficient_set_v1.h", "coefficient_set_v1.fixed.h"])
 def test_a_header_of_version_1_is_read_and_its_macros_are_held_against_its_set(name: str) -> None:
     content = (Path(__file__).parents[2] / "data" / name).read_bytes()
-    line, read = (FIRST_FIXED, from_c_fixed) if ".fixed" in name else (FIRST_LINE, from_c_header)
+    line, read = (FIXED_LINES[0], from_c_fixed) if ".fixed" in name else (CHECKSUM_LINES[0], from_c_header)
     assert b"_USABLE" not in content
     assert read(content, name).sensor == "SN1047"
     body = line.checked_body(content, name)
@@ -241,8 +256,8 @@ def test_a_header_of_version_1_is_read_and_its_macros_are_held_against_its_set(n
 
 
 def test_a_header_whose_verdict_was_changed_or_taken_out_is_refused(package: CoefficientSet) -> None:
-    body = CHECKSUM_LINE.checked_body(to_c_header(package), "SN1047.h")
+    body = CHECKSUM_LINES[-1].checked_body(to_c_header(package), "SN1047.h")
     for changed in (body.replace(b"_USABLE 1\n", b"_USABLE 0\n"), re.sub(rb"#define \w+_USABLE 1\n", b"", body)):
         assert changed != body
         with pytest.raises(VectorsDisagree, match="macros and tables"):
-            from_c_header(CHECKSUM_LINE.append_to(changed), "SN1047.h")
+            from_c_header(CHECKSUM_LINES[-1].append_to(changed), "SN1047.h")

@@ -1,0 +1,138 @@
+"""Pitch and roll of a package in C, and what a program is told of them: an output that is wrong, a roll that is none.
+
+The outputs of three axes have one length too many: where what they sense is not as long as gravity, one of them is
+wrong, and the angles of that row with it. Its bound and that of roll are macros, which a program with readings of
+another sharpness defines before it takes the header in.
+"""
+
+import math
+from typing import Final
+
+from ams.exports.c_text import defined, filled
+from ams.inference.package_bounds import package_bounds
+from ams.sets.canonical import table
+from ams.sets.coefficients import CoefficientSet
+from ams.sets.vectors import INVERSE_STEPS, is_straight
+
+TEXT: Final = (
+    "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg) returns 0 where all is well, -1 where there are "
+    "no angles, else the sum of PREFIX_ROLL_UNDETERMINED (near the vertical; roll is NAN), PREFIX_OUTPUTS_DISAGREE "
+    "(what the three sense is longer or shorter than gravity by more than calibration and readings explain: an output"
+    " is wrong, and no one knows by this row which; do not use the angles) and PREFIX_OUTSIDE_VALIDITY (pitch, roll, "
+    "or temperature where it is a number; NAN: not known). Before #include, define PREFIX_GRAVITY_AT_USE_MPS2 where "
+    "gravity is another than that of the calibration, and PREFIX_REDUNDANCY_LIMIT, the largest | |f|^2 - 1 |, and "
+    "PREFIX_LEAST_ACROSS, the least part of f across the longitudinal axis that tells roll, where single readings are"
+    " less sharp than the dwells of the calibration, or the package is shaken."
+)
+_CODES: Final = {"roll_undetermined": 1, "outputs_disagree": 2, "outside_validity": 4}
+ANGLES: Final = """
+/* outputs_v in the order @order@; returns -1 where the force is zero or not finite, else the sum of the codes above. */
+static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
+{
+    const double degree = 0.017453292519943295;
+    const double m[3][3] = {
+        @rows@
+    };
+    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+                             + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2])
+                             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+    const double gravity = @P@_GRAVITY_AT_USE_MPS2 / @P@_GRAVITY_MPS2;
+    double f[3] = {0.0, 0.0, 0.0}, square, across;
+    int step, i, told = 0;
+    for (step = 0; step < @steps@; step++) { /* @how@ */
+        const double s[3] = {
+            @left@
+        };
+        for (i = 0; i < 3; i++) {
+            const int a = (i + 1) % 3, b = (i + 2) % 3;
+            f[i] += (s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
+                   + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a])) / determinant;
+        }
+    }
+    square = f[0] * f[0] + f[1] * f[1] + f[2] * f[2];
+    if (!(square > 0.0) || !isfinite(square)) {
+        return -1;
+    }
+    across = sqrt(f[1] * f[1] + f[2] * f[2]);
+    *pitch_deg = atan2(f[0], across) / degree;
+    *roll_deg = atan2(-f[1], -f[2]) / degree;
+    if (!(fabs(square / (gravity * gravity) - 1.0) <= @P@_REDUNDANCY_LIMIT)) {
+        told |= @P@_OUTPUTS_DISAGREE;
+    }
+    if (@outside@) {
+        told |= @P@_OUTSIDE_VALIDITY;
+    }
+    if (!(across >= @P@_LEAST_ACROSS * sqrt(square))) {
+        *roll_deg = NAN;
+        told |= @P@_ROLL_UNDETERMINED;
+    }
+    return told;
+}
+"""
+_STRAIGHT: Final = "by Cramer's rule"
+_BENT: Final = "what is left of the outputs, by Cramer's rule; the bend is small"
+_ROUNDING: Final = "1e-6"
+"""Degrees: angles of a row at the end of the range come back that far beyond it at most."""
+_DIGITS: Final = 2
+
+
+def angle_macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
+    """Return the codes that the function returns, and the bounds that a program may define itself."""
+    bounds = package_bounds(coefficients)
+    bounded: dict[str, float | str] = {
+        "gravity_at_use_mps2": f"{prefix}_gravity_mps2".upper(),
+        "redundancy_limit": _rounded_up(bounds.length),
+        "least_across": _rounded_up(bounds.across),
+    }
+    return [
+        *(defined(f"{prefix}_{name}", code) for name, code in _CODES.items()),
+        *(line for name, value in bounded.items() for line in _unless_defined(f"{prefix}_{name}", value)),
+    ]
+
+
+def angle_function(coefficients: CoefficientSet) -> list[str]:
+    """Return the function, the prefix of its names left to fill in."""
+    axes = list(coefficients.axes.values())
+    is_linear = is_straight(coefficients.axes)
+    k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]
+    left = [
+        f"(outputs_v[{i}] - @p@_{n.axis}_@u@(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
+        for i, n in enumerate(axes)
+    ]
+    words = {
+        "order": ", ".join(coefficients.axes),
+        "left": ",\n            ".join(left),
+        "steps": "1" if is_linear else str(INVERSE_STEPS),
+        "how": _STRAIGHT if is_linear else _BENT,
+        "rows": ",\n        ".join(f"{{{row}}}" for row in k),
+        "outside": "\n        || ".join(_outside(coefficients)),
+    }
+    return filled(ANGLES, words)
+
+
+def _outside(coefficients: CoefficientSet) -> list[str]:
+    """Return in C what makes a row one outside the validity."""
+    said = table(coefficients.document["validity"])
+    low, high = "@P@_{0}_MIN_{1}", "@P@_{0}_MAX_{1}"
+    found = [_beyond("*pitch_deg", low.format("PITCH", "DEG"), high.format("PITCH", "DEG"), f" - {_ROUNDING}")]
+    if not coefficients.validity.goes_round:
+        span = f"{high} - {low}".format("ROLL", "DEG")
+        turned = f"*roll_deg - {low} + {_ROUNDING}".format("ROLL", "DEG")
+        found.append(f"{turned} - 360.0 * floor(({turned}) / 360.0) > {span} + 2.0 * {_ROUNDING}")
+    if said.get("temperature_degc") is not None:
+        found.append(_beyond("temperature_degc", low.format("TEMPERATURE", "DEGC"), high.format("TEMPERATURE", "DEGC")))
+    return found
+
+
+def _beyond(value: str, low: str, high: str, rounding: str = "") -> str:
+    return f"{value} < {low}{rounding} || {value} > {high}{rounding.replace('-', '+', 1)}"
+
+
+def _unless_defined(name: str, value: float | str) -> list[str]:
+    return [f"#ifndef {name.upper()}", defined(name, value), "#endif"]
+
+
+def _rounded_up(value: float) -> float:
+    """Return a bound to two digits, so that it is the same whatever computed the set's covariance."""
+    unit = 10.0 ** (math.floor(math.log10(value)) + 1 - _DIGITS)
+    return float(f"{math.ceil(value / unit) * unit:.{_DIGITS - 1}e}")
