@@ -64,6 +64,7 @@ IMPOSSIBLE_TEMPERATURE: Final = 1 << 43
 WINDOW_SHORT: Final = 1 << 44
 FORCE_TURNED: Final = 1 << 45
 CONTRADICTED: Final = 1 << 46
+NO_REST: Final = 1 << 47
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -86,6 +87,7 @@ WORDS: Final[Mapping[int, str]] = {
     SAMPLES_LOST: "samples missing before this row",
     RATE_BRIDGED: "rate missing: bridged",
     AT_REST: "at rest: attitude of the start",
+    NO_REST: "start: it did not rest",
     YAW_ASIDE: "pitch and roll singular: yaw near ±90°",
     ADRIFT: "attitude unknown: grown uncertain",
     ACCELERATED: "force not used: package accelerates",

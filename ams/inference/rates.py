@@ -109,6 +109,8 @@ class GyroAngles:
             motion.start_covariance(),
             further=package.further_factors(),
         )
+        self._rested: list[flag_codes.Codes] = []
+        """Of rows at rest, which are answered when it is known whether it was one."""
         self._scan: RateScan | None = None
         self._growth: ErrorGrowth | None = None
         self._pending = _Pending()
@@ -141,19 +143,23 @@ class GyroAngles:
         steps = self._clock.steps(readings.get("time_s"), rows)
         assert self._clock.interval_s is not None
         resting = self.rest.take(outputs_v, self._clock.interval_s)
-        if resting and self.rest.zero is not None:
-            self._take_zero()
         of_temperature = codes_of_temperature([self.package.coefficients], readings)
         outside = np.zeros(rows, dtype=np.uint32) if of_temperature is None else of_temperature
+        start = nothing(ANSWERS)
+        if resting:
+            self._rested.append(outside[:resting])
+        if resting and self.rest.zero is not None:
+            self._take_zero()
+            start = self._start()
         if resting == rows:
-            return self._start(outside)
+            return start
         found = self._turning(outputs_v[:, resting:], steps[resting:], outside[resting:])
-        return joined(self._start(outside[:resting]), found) if resting else found
+        return joined(start, found) if resting else found
 
     def finish(self) -> Answer:
         """Return the angles still due. Raises: ObservationsError with too few samples."""
         if self._scan is None:
-            return nothing(ANSWERS)
+            return self._start() if self._rested else nothing(ANSWERS)
         path = self._scan.finish()
         return self._settle(path.quaternion, path.is_bridged)
 
@@ -164,22 +170,42 @@ class GyroAngles:
         calibration[:3, :], calibration[:, :3] = 0.0, 0.0
         calibration[:3, :3] = self.rest.zero_covariance()
         further = self.package.further_factors(from_rest=True)
-        self._errors = replace(self._errors, calibration=calibration, further=further)
+        start = self._errors.start + self._turned_while_resting()
+        self._errors = replace(self._errors, calibration=calibration, start=start, further=further)
+
+    def _turned_while_resting(self) -> FloatArray:
+        """Return the (3, 3) covariance, in reference axes, of the turn that a rest which was none may have brought."""
+        assert self.rest.zero is not None
+        if self.rest.zero.is_still:
+            return np.zeros((3, 3))
+        turn = self.rest.zero_covariance() * self.motion.rest_s**2
+        to_reference = self._start_rotation()
+        return np.asarray(to_reference @ turn @ to_reference.T)
+
+    def _start_rotation(self) -> FloatArray:
+        """Return the (3, 3) rotation from package axes at the start to those of the reference."""
+        start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
+        return np.asarray(rotation_matrices(start[:, None])[0])
 
     def _earth_rate_rad_s(self) -> FloatArray:
         """Return the (3,) rate that gyros at rest at the start read of the Earth's turn, along package axes."""
         if self.motion.earth is None:
             return np.zeros(3)
-        start = quaternion_of_cr(np.deg2rad(self.motion.stated_start_deg))
-        return np.asarray(rotation_matrices(start[:, None])[0].T @ self.motion.earth.rate_rad_s)
+        return np.asarray(self._start_rotation().T @ self.motion.earth.rate_rad_s)
 
-    def _start(self, outside: flag_codes.Codes) -> Answer:
-        """Return the attitude of the start for rows at rest, with the codes of their temperature."""
+    def _start(self) -> Answer:
+        """Return the attitude of the start for the rows at rest, with the codes of their temperature."""
+        outside, self._rested = np.concatenate(self._rested), []
         rows = outside.size
         angles = np.tile(np.deg2rad(self.motion.stated_start_deg)[:, None], rows)
-        return _answer(
-            angles, np.broadcast_to(self._errors.start, (rows, 3, 3)), outside | np.uint32(flag_codes.AT_REST)
-        )
+        codes = self._of_start(outside | np.uint32(flag_codes.AT_REST))
+        return _answer(angles, np.broadcast_to(self._errors.start, (rows, 3, 3)), codes)
+
+    def _of_start(self, codes: flag_codes.Codes) -> flag_codes.AnswerCodes:
+        """Return the codes of rows, with that of a rest which was none: everything behind it leans on it."""
+        if self.rest.zero is None or self.rest.zero.is_still:
+            return codes
+        return codes.astype(np.uint64) | np.uint64(flag_codes.NO_REST)
 
     def _turning(self, outputs_v: FloatArray, steps: IntArray, outside: flag_codes.Codes) -> Answer:
         if self._scan is None or self._growth is None:
@@ -223,7 +249,7 @@ class GyroAngles:
         elapsed = np.where(rows.is_used, rows.sample - first, 0)
         if not elapsed.size:
             return nothing(ANSWERS)
-        found = answer_of(quaternion[:, elapsed], covariance[elapsed], rows.codes)
+        found = answer_of(quaternion[:, elapsed], covariance[elapsed], self._of_start(rows.codes))
         for values in found.columns.values():
             values[~rows.is_used] = np.nan
         return found

@@ -2,8 +2,8 @@
 
 The rest is cut into ten stretches. Where it is one, their means scatter as the readings' noise does: as it is stated,
 or as the readings scatter within the stretches where that is more (a set knows the noise of a dwell's mean, not that of
-one reading). Where they scatter by more, something turned or shook, and the zero is as uncertain as their scatter
-makes it.
+one reading). Where they scatter by more, something turned or shook: in which of them nothing did is not known, and the
+zero is as uncertain as they lie apart.
 """
 
 from dataclasses import dataclass
@@ -37,16 +37,17 @@ class ZeroAtRest:
 
 def zero_at_rest(outputs_v: FloatArray, reading_sd_v: FloatArray) -> ZeroAtRest:
     """Return the zero from (3, n) outputs, all of them numbers, with the noise of one reading of each."""
-    readings = outputs_v.shape[1]
+    readings, apart = outputs_v.shape[1], np.zeros(3)
     noise_v2, scatter, dof = np.asarray(reading_sd_v, dtype=float) ** 2, np.zeros(3), np.full(3, _KNOWN)
     if readings >= 2 * STRETCHES:
         parts = np.array_split(outputs_v, STRETCHES, axis=1)
-        scatter = np.asarray(np.std([part.mean(axis=1) for part in parts], axis=0, ddof=1))
+        means = np.array([part.mean(axis=1) for part in parts])
+        scatter, apart = np.std(means, axis=0, ddof=1), np.ptp(means, axis=0)
         within_v2 = sum(part.var(axis=1) * part.shape[1] for part in parts) / (readings - STRETCHES)
         dof = np.where(within_v2 > noise_v2, readings - STRETCHES, _KNOWN)
         noise_v2 = np.maximum(within_v2, noise_v2)
     by_noise = noise_v2 / readings
     ratio = np.divide(scatter**2 / STRETCHES, by_noise, out=np.where(scatter > 0.0, np.inf, 0.0), where=by_noise > 0.0)
     is_still = f_tail(ratio, STRETCHES - 1.0, dof) > SIGNIFICANT
-    variance = np.where(is_still, by_noise, scatter**2 / STRETCHES)
+    variance = np.where(is_still, by_noise, apart**2 / 3.0)
     return ZeroAtRest(outputs_v.mean(axis=1), np.diag(variance), scatter, bool(is_still.all()))

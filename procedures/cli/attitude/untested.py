@@ -189,6 +189,6 @@ def remarks_on_rest(angles: GyroAngles | AidedAngles) -> tuple[str, ...]:
     return (
         said,
         f"{name}: it did not rest: over the time of --rest-s the outputs moved by {widest:.2g} °/s, more than their "
-        "noise explains; the standard deviations grow by that; give --rest-s a stretch over which nothing turns, or "
-        "leave it out",
+        "noise explains; zeros and start are as uncertain as that makes them; give --rest-s a stretch over which "
+        "nothing turns, or leave it out",
     )

@@ -161,6 +161,27 @@ def test_the_zero_is_taken_at_rest(rows: int) -> None:
     assert np.abs(angles(untouched) - euler).max() > 0.005
 
 
+@pytest.mark.parametrize("pieces", [1, 13])
+@pytest.mark.parametrize("part", [0.1, 0.33, 0.7])
+@pytest.mark.parametrize("rate_dps", [0.003, 0.02, 0.2, 3.0])
+def test_a_rest_over_which_the_package_turned_is_told_in_every_row(rate_dps: float, part: float, pieces: int) -> None:
+    """It rolls over the last part of a rest of 15 s and 5 s beyond: 0.02° ± 0.005° was told where it stood at 15°."""
+    time_s = np.arange(3001) / 100.0
+    begins, ends = 15.0 * (1.0 - part), 20.0
+    rolling = (time_s >= begins) & (time_s <= ends)
+    roll = rate_dps * (np.clip(time_s, begins, ends) - begins)
+    euler = np.stack([np.zeros_like(roll), np.zeros_like(roll), roll], axis=-1)
+    chance = np.random.default_rng(7)
+    readings = volts(euler, np.where(rolling[:, None], [0.0, 0.0, rate_dps], 0.0))
+    readings = {name: values + 1e-4 * chance.standard_normal(values.size) for name, values in readings.items()}
+    found = whole(stream(Motion(100.0, rest_s=15.0), 1e-4), readings, pieces)
+    assert found.codes.size == time_s.size
+    assert all("start: it did not rest" in flag for flag in found.flags)
+    told, sd = found.columns["roll_deg"], found.columns["roll_sd_deg"]
+    is_told = np.isfinite(told)
+    assert np.all(np.abs(told - roll)[is_told] <= 2.0 * sd[is_told])
+
+
 def test_beside_yaw_90_pitch_and_roll_are_withheld_and_come_back() -> None:
     yaw = np.arange(0.0, 180.25, 0.25)
     nothing = np.zeros_like(yaw)
