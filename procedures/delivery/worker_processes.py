@@ -48,7 +48,8 @@ def worker_processes(
 @contextmanager
 def _worker(work: Callable[[Any], Any]) -> "Iterator[Connection[Any, Any]]":
     context = get_context("spawn")
-    ours, theirs = context.Pipe()
+    pair: tuple[Any, Any] = context.Pipe()  # of another class on Windows, with the same methods
+    ours, theirs = pair
     process = context.Process(target=_serve, args=(theirs, work), daemon=True)
     process.start()
     theirs.close()  # only the process holds that end now

@@ -140,4 +140,4 @@ def is_on_increment(table_deg: float, increment_deg: float) -> bool:
     if increment_deg == 0.0:
         return True
     teeth = table_deg / increment_deg
-    return abs(teeth - round(teeth)) <= _GRID_TOLERANCE * max(1.0, abs(teeth) * 1e-3)
+    return abs(teeth - round(teeth)) <= _GRID_TOLERANCE

@@ -5,7 +5,7 @@ and an axis that is too fast, too slow or turns farther than it should is decele
 before the rate is inside its band.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import floor, hypot, inf, sqrt
 from typing import cast
@@ -256,16 +256,16 @@ def _sweep(
         name: reading for name, ones in joined.items() for name, reading in _joined(ones, plan, began_s).items()
     }
     aligned = tuple(_worst(ones) for ones in joined.values())
+    return _Done(mean_of_sweeps(rates), readings, aligned, 0.0)
+
+
+def mean_of_sweeps(rates: Sequence[Measured]) -> Measured:
+    """Return the mean rate of sweeps that were measured one by one, and all that was turned."""
     count = len(rates)
-    return _Done(
-        Measured(
-            sum(rate.rate_dps for rate in rates) / count,
-            sqrt(sum(rate.uncertainty_dps**2 for rate in rates)) / count,
-            sum(rate.turned_deg for rate in rates),
-        ),
-        readings,
-        aligned,
-        0.0,
+    return Measured(
+        sum(rate.rate_dps for rate in rates) / count,
+        sqrt(sum(rate.uncertainty_dps**2 for rate in rates)) / count,
+        sum(rate.turned_deg for rate in rates),
     )
 
 

@@ -88,3 +88,12 @@ def test_order_of_the_rows_does_not_matter() -> None:
     first = replicated_sums(form, layout, outputs)
     np.testing.assert_allclose(again.ss_precision, first.ss_precision, rtol=1e-12)
     np.testing.assert_allclose(again.separate, first.separate, atol=1e-13)
+
+
+@pytest.mark.parametrize("kept", [6, 8, 14])
+def test_a_replication_that_stopped_part_way_bends_the_effects_of_the_points_little(kept: int) -> None:
+    """Of noise alone: what its own poor parameters put into them stays below half of the pooled fit's own scatter."""
+    form, layout, _ = scene(4, tuple(range(60 + kept, 80)))
+    sums = replicated_sums(form, layout, np.random.default_rng(1).standard_normal((layout.rows, 300)))
+    bent = np.linalg.lstsq(layout.mean_by_point(form.basis), sums.point_effects, rcond=None)[0]
+    assert (bent.std(axis=1) < 0.5 * sums.pooled.std(axis=1)).all()

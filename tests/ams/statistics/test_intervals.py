@@ -49,6 +49,20 @@ def test_few_degrees_of_freedom_are_combined_by_cochran_and_cox() -> None:
     assert float(t_quantile(0.95, dof)[0]) == pytest.approx(7.333, abs=2e-3)
 
 
+@pytest.mark.parametrize("dof", [(1.0, 40.0), (2.0, 40.0), (2.0, 2.0), (2.0, np.inf)])
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_intervals_hold_the_truth_where_a_part_is_known_from_two_or_three_replications(
+    dof: tuple[float, float], share: float
+) -> None:
+    """Chance alone; Welch and Satterthwaite's would hold 0.92 to 0.95 of two degrees of freedom."""
+    chance, draws = np.random.default_rng(3), 40_000
+    true = np.array([share, 1.0 - share])
+    known = [np.ones(draws) if np.isinf(nu) else chance.chisquare(nu, draws) / nu for nu in dof]
+    variances = true[:, None] * known
+    half = t_quantile(0.95, combined_dof(variances, np.array(dof))) * np.sqrt(variances.sum(axis=0))
+    assert np.mean(np.abs(chance.normal(size=draws)) <= half) > 0.947
+
+
 def test_a_certificate_alone_has_infinite_degrees_of_freedom_and_no_variance_has_none() -> None:
     found = combined_dof(np.array([[1.0, 0.0]]), np.array([np.inf]))
     assert np.isinf(found[0])

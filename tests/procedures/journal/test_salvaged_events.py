@@ -97,6 +97,19 @@ def test_fault_07_an_event_that_is_gone_takes_the_next_one_with_it_and_no_more(t
     assert len(_accepted(saved)) == found.dwells == DWELLS - 1
 
 
+def test_fault_07_a_stretch_of_hundreds_of_rows_that_is_gone_is_not_the_end(tmp_path: Path) -> None:
+    """Many rows share a page of the file, and many pages may be lost in a row."""
+    count, first, last = 400, 5, 360
+    whole = journal_with(tmp_path / JOURNAL_FILE, count)
+    connection = sqlite3.connect(whole)
+    gone = connection.execute(f"DELETE FROM dwells WHERE number BETWEEN {first} AND {last}").rowcount
+    connection.commit()
+    connection.close()
+    found, saved = _saved(whole, tmp_path)
+    assert (gone, found.dwells) == (last - first + 1, count - gone)
+    assert count - 1 in _accepted(saved)
+
+
 def test_fault_07_no_event_is_believed_that_the_chain_does_not_prove(tmp_path: Path) -> None:
     whole = journal_with(tmp_path / JOURNAL_FILE, DWELLS)
     _changed(whole, "UPDATE events SET detail = replace(detail, '\"step\":5', '\"step\":50') WHERE kind = 'dwell' AND "

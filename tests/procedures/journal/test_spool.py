@@ -1,6 +1,7 @@
 """Who asks for something says what he saw: what crosses a change of state is refused and told, a stop never is."""
 
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,6 +10,7 @@ from journals import a_clock
 
 from procedures.journal.spool import Request, Spool, Taken
 from procedures.run.steering import Steering
+from rig.clock import SystemClock
 from rig.errors import WaitEnded
 
 WHOLE = Request("pause", "anna", "2026-03-01T12:00:00+00:00", "tea", 41, "console", "bench-pc", "a-key")
@@ -78,6 +80,17 @@ def test_an_abort_by_the_key_of_another_request_is_taken(tmp_path: Path) -> None
     spool.submit(Request("abort", "anna", WHOLE.at_utc, key=WHOLE.key))
     with pytest.raises(WaitEnded, match="abort, asked for by anna"):
         steering.look()
+
+
+def test_a_request_that_comes_within_one_tick_of_the_file_system_s_clock_is_taken(tmp_path: Path) -> None:
+    """Some file systems write times of change in whole seconds, or two: the folder looks as it did before."""
+    spool = Spool(tmp_path, SystemClock())
+    spool.folder.mkdir()
+    assert spool.take() == []
+    looked = os.stat(spool.folder)
+    spool.submit(WHOLE)
+    os.utime(spool.folder, ns=(looked.st_atime_ns, looked.st_mtime_ns))
+    assert [taken.request for taken in spool.take()] == [WHOLE]
 
 
 @pytest.mark.parametrize("expects", [True, "41", 4.1, [41]])

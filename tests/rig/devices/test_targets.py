@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rig.description.device_settings import AxisSettings
-from rig.devices.targets import check_target, nearest_step, require_home
+from rig.devices.targets import check_target, is_on_increment, nearest_step, require_home
 from rig.errors import RequestRefused
 
 LIMITS = (-45.0, 90.0)
@@ -38,6 +38,17 @@ def test_the_teeth_are_those_of_the_machine(table_deg: float, fits: bool) -> Non
         return
     with pytest.raises(RequestRefused, match="multiples of 1°"):
         check_target("pitch", axis(1.0, zero_deg=table_deg - 3.0), 3.0)
+
+
+@given(st.integers(-3_600_000, 3_600_000), st.integers(1, 100_000), st.integers(1, 6))
+def test_every_multiple_stands_on_a_tooth_and_nothing_a_thousandth_of_one_beside_it(
+    tooth: int, thousandths: int, digits: int
+) -> None:
+    """However fine the teeth are and however many: what binary fractions round is far below a thousandth of any."""
+    increment_deg = thousandths / 10.0 ** (digits + 3)
+    assert is_on_increment(tooth * increment_deg, increment_deg)
+    assert is_on_increment(float(f"{tooth * increment_deg:.15g}"), increment_deg)
+    assert not is_on_increment((tooth + 0.001) * increment_deg, increment_deg)
 
 
 @given(st.floats(-1e6, 1e6), st.floats(-1e5, 1e5), st.floats(2.0, 1e5))

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import cast
 
 import pytest
 from motion_runs import MotionRun, motion_run
@@ -12,10 +13,11 @@ from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
 from procedures.run.dwell.measure import Announcement
 from procedures.run.dwell.stream_recorder import Recorder
-from procedures.run.dwell.turning import LOOK_S, SPARE_TURNS, turn
+from procedures.run.dwell.turning import LOOK_S, SPARE_TURNS, stop_and_see, turn
 from rig.assembly.open_rig import open_rig
 from rig.description.fault_plan import FaultPlan, FaultRule
-from rig.errors import WaitEnded
+from rig.devices.cable import TurningAxis
+from rig.errors import RequestRefused, WaitEnded
 from rig.motion.move import home_and_arrive
 from rig.twins.csv_imu import CsvImuTwin
 
@@ -124,6 +126,30 @@ def test_a_turn_beyond_what_the_cables_bear_is_refused_before_anything_moves(tmp
         PlanError, match=r"rates\.roll_dps: 9 s at 40 °/s are 1 revolutions.*bear 1 \(axes\.roll\.wrap_turns"
     ):
         motion_run(tmp_path, "rate-table", "rates", ONE_AXIS, {"wrap_turns = 5.0": "wrap_turns = 1.0"})
+
+
+def test_a_turn_that_the_cables_do_not_bear_from_where_they_are_is_refused_before_anything_moves(
+    tmp_path: Path,
+) -> None:
+    """They bear 5 revolutions and are wound by 4: one more with its ramps is too many, back it is not."""
+    small = _roll(tmp_path)
+    forth, back = (dwell for dwell in small.plan.design_dwells if isinstance(dwell.motion, Turn))
+    announcement = Announcement(1, 1, 0.0, "settle", "read")
+    with open_rig(small.rig) as rig:
+        for axis in rig.axes.values():
+            home_and_arrive(axis, rig.clock, rig.clock.sleep)
+        roll = cast("TurningAxis", rig.axes["roll"])
+        roll.start_rate(40.0)
+        while roll.turn_look(rig.clock).angle_deg < 4.0 * 360.0:
+            rig.clock.sleep(LOOK_S)
+        stop_and_see(rig, "roll")
+        rested = rig.axes["roll"].state()
+        assert isinstance(forth.motion, Turn)
+        with pytest.raises(RequestRefused, match=r"roll: turn by \+1.25 rev.* wound \+4.*, allowed 5 .*nothing moved"):
+            turn(rig, small.plan, forth, forth.motion, announcement, rig.clock.sleep)
+        assert rig.axes["roll"].state() == rested
+        assert isinstance(back.motion, Turn)
+        assert turn(rig, small.plan, back, back.motion, announcement, rig.clock.sleep).motion is not None
 
 
 def test_fault_67_a_dwell_with_lost_samples_is_void_and_measured_again(tmp_path: Path) -> None:

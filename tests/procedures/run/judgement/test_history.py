@@ -1,10 +1,12 @@
 """What a process that takes a run up makes of its journal: it judges as the one before would have gone on to."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
+from journals import a_dwell
 from small_run import Bench, bench, dwells_of, measured
 
 from procedures.journal.journal_reader import JournalReader
@@ -13,7 +15,7 @@ from procedures.journal.voids import KIND, voided_in
 from procedures.records.dwells import DwellRecord, Event, NoiseReference
 from procedures.records.progress import Progress
 from procedures.records.states import State
-from procedures.run.judgement.history import history_of
+from procedures.run.judgement.history import History, history_of
 from procedures.run.resume import resume
 
 _NARROW = ("samples = 5", "samples = 5\nmax_noise_factor = 1.5\nretries = 6")
@@ -86,6 +88,22 @@ def test_the_noise_reference_of_a_resume_knows_no_check_set_but_the_first(narrow
     assert len(found.measured_once) == len(narrow.plan.dwells)
     for channel in ("dmm.x", "dmm.y", "dmm.z"):
         assert found.noise().standard_deviation(channel) == wanted.standard_deviation(channel)
+
+
+def test_a_check_set_from_before_a_remount_is_no_baseline(narrow: Bench, twice_resumed: Path) -> None:
+    """The package sits anew: another zero is no step, and the first whole check set behind it is what counts."""
+    dwells = dwells_of(twice_resumed)
+    before = tuple(dwell for dwell in dwells if dwell.epoch == 1)
+    assert history_of(before, 1, narrow.plan).baseline_epoch == 1
+    assert history_of(before, 1, narrow.plan, remounted_after=1).baseline_epoch is None
+    assert history_of(dwells, 3, narrow.plan, remounted_after=1).baseline_epoch == 2
+    assert history_of(dwells, 3, narrow.plan, accepted=(2,), remounted_after=2).baseline_epoch == 3
+
+
+def test_attempts_of_a_step_go_on_counting_over_a_restart_and_those_of_a_check_set_do_not() -> None:
+    dwells = (a_dwell(7, attempt=1, accepted=False), a_dwell(7, attempt=2, accepted=False), a_dwell(8))
+    found = History((*dwells, replace(a_dwell(9), purpose="check")), 2, None, None)
+    assert [found.attempts(step) for step in (7, 8, 9, 10)] == [2, 1, 0, 0]
 
 
 def test_of_two_words_about_one_dwell_the_first_stands() -> None:

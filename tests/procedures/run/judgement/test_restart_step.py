@@ -74,6 +74,15 @@ def test_a_sensor_that_drifts_from_visit_to_visit_is_not_called_broken() -> None
     assert _steps(before, after, visits) == 0
 
 
+@pytest.mark.parametrize(("degrees", "is_found"), [(1, True), (5, True), (6, False)])
+def test_few_visits_by_chance_apart_do_not_hide_a_step(degrees: int, is_found: bool) -> None:
+    """Scatter between visits counts from six degrees of freedom on: t of one at 1e-6 is six hundred thousand."""
+    chance = np.random.default_rng(8)
+    apart_v = 40.0 * SIGMA_V
+    visits = [_visit(chance, 0, sign * apart_v) for sign in (1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0)[: degrees + 1]]
+    assert (_steps(_check_set(chance), _check_set(chance, 10.0 * SIGMA_V), visits) == 18) is is_found
+
+
 def _quiet(value_v: float) -> dict[int, DwellRecord]:
     dwell = a_dwell(0)
     reading = replace(dwell.readings["dmm.x"], samples=np.full(5, value_v))
