@@ -10,7 +10,7 @@ from ams.models.extended import TERM_NAMES, TRACELESS_NAME
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, dof_words, small_unit
 from procedures.check.check_report import CheckReport, steps_in_words
-from procedures.check.shares import explained, shares_in_words
+from procedures.check.shares import explained, large_and_others, with_others
 from procedures.description.dwell_settings import AdaptiveDwell
 from procedures.kinds.kind import DesignFigures
 from procedures.numbers import duration
@@ -177,15 +177,24 @@ def _expected_of_design(report: CheckReport) -> "Table":
 
 
 def _angles(report: CheckReport) -> "list[RenderableType]":
-    """Return the angles at use: U95 and what each source takes of it."""
+    """Return the angles at use: U95 and what each source takes of it, sensors that are alike in one row."""
     usage = report.forecast.usage_pitch_deg
     if usage is None or not report.forecast.angles:
         return []
     table = Table("sensor", "angle", "U95 (″)", "of the\ncalibration (″)", "shares (″)", box=None)
+    alike: dict[tuple[str, ...], list[str]] = {}
+    others: dict[tuple[str, ...], float] = {}
     for serial, angles in report.forecast.angles.items():
         for name, angle in angles.items():
             figures = (f"{value * ARCSEC_PER_DEG:.2g}" for value in (angle.u95_deg, angle.calibration_deg))
-            table.add_row(Text(serial), name, *figures, shares_in_words(angle.shares_deg))
+            large, others_deg = large_and_others(angle.shares_deg)
+            row = (name, *figures, large)
+            alike.setdefault(row, []).append(serial)
+            others[row] = max(others.get(row, 0.0), others_deg)
+    for row, serials in alike.items():
+        is_of_all = len(serials) == len(report.forecast.angles) > 1
+        who = f"all {len(serials)}" if is_of_all else ", ".join(serials)
+        table.add_row(Text(who), *row[:-1], with_others(row[-1], others[row]))
     every = {
         source: share
         for angles in report.forecast.angles.values()
