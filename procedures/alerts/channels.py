@@ -1,5 +1,6 @@
 """How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the dispatcher gives it time."""
 
+import difflib
 import re
 import subprocess
 import urllib.request
@@ -44,20 +45,48 @@ def by_command(command: Sequence[str], message: Message, deadline_s: float) -> N
 
 
 def by_apprise(urls: Sequence[str], message: Message) -> None:
-    """Send a message to the services of apprise URLs.
+    """Send a message to the services of apprise URLs; one that does not take it keeps it from no other.
 
     Apprise says only that something failed, so the error names the services, never their addresses.
 
-    Raises: NotDelivered.
+    Raises: NotDelivered naming every service that failed.
     """
     import apprise
 
+    failed = []
     for url in urls:
-        service, sender = url.partition("://")[0], apprise.Apprise()
+        sender = apprise.Apprise()
         if not sender.add(url):
-            raise NotDelivered(f"apprise: {service}://… is no address that it knows")
-        if not sender.notify(title=message.subject, body=message.text):
-            raise NotDelivered(f"apprise: {service}://… did not take the message")
+            failed.append(f"{starred(url)} is no address that it knows")
+        elif not sender.notify(title=message.subject, body=message.text):
+            failed.append(f"{starred(url)} did not take the message")
+    if failed:
+        raise NotDelivered(f"apprise: {', '.join(failed)}")
+
+
+def starred(url: str) -> str:
+    """Return the service of an address, and nothing of what may be secret."""
+    service, mark, _ = url.partition("://")
+    return f"{service}://…" if mark else "…"
+
+
+def address_complaint(url: str) -> str:
+    """Return why apprise can send nothing to an address, in words without a secret; empty where it can."""
+    import apprise
+
+    if apprise.Apprise().add(url):
+        return ""
+    service = url.partition("://")[0].lower()
+    known = {
+        name
+        for plugin in apprise.Apprise().details()["schemas"]
+        for protocols in (plugin["protocols"], plugin["secure_protocols"])
+        for name in protocols or ()
+    }
+    if service in known:
+        return "apprise cannot read it as an address of that service: a part is missing or wrong"
+    near = difflib.get_close_matches(service, sorted(known), n=1)
+    return "apprise knows no such service" + (f"; did you mean {near[0]}://?" if near else "")
 
 
 def without_secrets(text: str, secrets: Sequence[str]) -> str:

@@ -88,12 +88,19 @@ def read_alerts(path: Path) -> AlertSettings:
     return settings
 
 
+def alerts_file(path: Path | None) -> Path | None:
+    """Return the file that an option names; without one the user's own, or None where there is none."""
+    of_user = user_config_path("calrig") / "alerts.toml"
+    return path or (of_user if of_user.exists() else None)
+
+
 def chosen_alerts(path: Path | None) -> AlertSettings | None:
     """Return the settings of a file; without one those of the user's own file, or None where there is none.
 
+    It is for whoever has something to tell now: an address that cannot work keeps no other from being told.
+    :func:`procedures.alerts.addresses.usable_alerts` refuses it while there is time.
+
     Raises as :func:`read_alerts`.
     """
-    if path is not None:
-        return read_alerts(path)
-    of_user = user_config_path("calrig") / "alerts.toml"
-    return read_alerts(of_user) if of_user.exists() else None
+    file = alerts_file(path)
+    return None if file is None else read_alerts(file)

@@ -42,6 +42,7 @@ GROUPS = {
             "prepare.check:check",
             "Validate a rig and a procedure; print plan, duration and expected uncertainty.",
         ),
+        ("alerts", "prepare.alerts:alerts", "Check who is told of a hold, a trip and the end; try it."),
     ),
     "Run": (
         ("run", "run.run:run", "Run a procedure on a rig, then solve, archive, report and export."),

@@ -9,11 +9,12 @@ from rich.console import Console
 
 from ams.archive.dated_ahead import archived_ahead
 from ams.errors import ArchiveError
+from procedures.alerts.addresses import usable_alerts
 from procedures.check.check_report import check as check_plan
 from procedures.check.check_report import to_document
 from procedures.check.check_text import render
 from procedures.cli.locations import archive_of, shared_archive_url
-from procedures.cli.options import RUNS, Archive, Json, PilotRun, Rig, RunsFolder
+from procedures.cli.options import RUNS, Alerts, Archive, Json, PilotRun, Rig, RunsFolder
 from procedures.cli.output import print_json, say, say_paragraph
 from procedures.cli.prepare.pilot import pilot_named
 from procedures.delivery.lessons import learned
@@ -22,7 +23,10 @@ from procedures.kinds.read import read_procedure
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
 from procedures.run.preflight import Preflight, preflight
+from rig.assembly.open_rig import choose_clock
+from rig.clock import VirtualClock
 from rig.description.rig_file import RigDescription
+from rig.errors import DescriptionError
 
 
 def check(
@@ -33,13 +37,15 @@ def check(
     pilot: PilotRun = None,
     out: RunsFolder = RUNS,
     archive: Archive = None,
+    alerts: Alerts = None,
     json: Json = False,
 ) -> int:
     """Validate a rig and a procedure; print the plan, its duration and the uncertainty to expect. Opens no port.
 
-    Disk and place of the folder of runs are looked at, as `calrig run` would, and who has the lease of a device that
-    other computers reach. The archive is read for the past runs of this rig, which teach durations, noise and drift (of
-    twins the one beside the runs, by default), and for leases where it is named; nothing is written to it.
+    Disk and place of the folder of runs are looked at, as `calrig run` would, who has the lease of a device that other
+    computers reach, and whether every address of the file of alerts can be used. The archive is read for the past runs
+    of this rig, which teach durations, noise and drift (of twins the one beside the runs, by default), and for leases
+    where it is named; nothing is written to it.
 
     Parameters
     ----------
@@ -48,7 +54,7 @@ def check(
     """
     described = read_rig_of_site(rig)
     if procedure is None:
-        before = _preflight(rig, described, None, out, archive)
+        before = _preflight(rig, described, None, out, archive, alerts)
         _tell_rig(rig, described, before, json)
         return _tell(before, json)
 
@@ -61,7 +67,7 @@ def check(
         learned=past.times,
         past=past.pilot,
     )
-    before = _preflight(rig, described, report.plan, out, archive)
+    before = _preflight(rig, described, report.plan, out, archive, alerts)
     if json:
         print_json(to_document(report) | {"machines": _remarks(described)} | _document_of(before))
         return _tell(before, json)
@@ -104,9 +110,16 @@ def _tell_rig(path: Path, described: RigDescription, before: Preflight, json: bo
         say(f"sensor {name}: {model}")
 
 
-def _preflight(rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None) -> Preflight:
+def _preflight(
+    rig: Path, described: RigDescription, plan: Plan | None, out: Path, archive: str | None, alerts: Path | None
+) -> Preflight:
     now_utc = datetime.now(UTC)
     before = preflight(rig, described, plan, out, now_utc, archive_url=shared_archive_url(archive))
+    if alerts is not None or not isinstance(choose_clock(described), VirtualClock):
+        try:
+            usable_alerts(alerts)
+        except DescriptionError as error:
+            before = replace(before, refusals=(*before.refusals, *str(error).splitlines()))
     if described.is_simulated:
         return before
     try:

@@ -6,8 +6,9 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from procedures.alerts.addresses import usable_alerts
 from procedures.alerts.dispatcher import AlertDispatcher
-from procedures.alerts.settings import AlertSettings, chosen_alerts
+from procedures.alerts.settings import AlertSettings
 from procedures.cli.locations import JOURNAL, login_name
 from procedures.cli.output import note
 from procedures.cli.program_log import LoggedObserver
@@ -111,7 +112,7 @@ def _screen(run: Path, opened: ExitStack) -> RunObserver:
 def _dispatcher_and_pulse(
     opening: Opening, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
 ) -> tuple[AlertDispatcher, Pulse]:
-    settings = chosen_alerts(alerts)
+    settings = usable_alerts(alerts)
     refusal = opened.enter_context(awake(opening.title))
     screen, anywhere = _screen(run, opened), str(run.absolute())
     dispatcher = AlertDispatcher(

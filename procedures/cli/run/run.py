@@ -13,7 +13,7 @@ from rich.console import Console
 
 from ams.archive.refusals import without_password
 from ams.whole_file import replace_file
-from procedures.alerts.settings import read_alerts
+from procedures.alerts.addresses import usable_alerts
 from procedures.cli.locations import (
     archive_of,
     left_out_where_empty,
@@ -116,7 +116,8 @@ def run(
         begins.title = plan.title
         if not allow_network_folder:
             require_local(out)
-        _require_what_the_end_needs(past if archive or not performed.is_simulated else None, alerts)
+        kept = past if archive or not performed.is_simulated else None
+        _require_what_the_end_needs(kept, alerts, is_virtual=begins.is_virtual)
         if detach:
             options = {"--rig": rig, "--out": out, "--operator": operator, "--archive": archive, "--alerts": alerts}
             flags = {"--rehearse": rehearse, "--allow-network-folder": allow_network_folder}
@@ -203,7 +204,7 @@ def resume(
         if not allow_network_folder:
             require_local(folder)
         archive = archive_of_run(folder, archive)
-        _require_what_the_end_needs(archive, alerts)
+        _require_what_the_end_needs(archive, alerts, is_virtual=begins.is_virtual)
         with JournalReader.open(folder) as reader:
             tell_unguarded(rig_from_json(reader.header.rig_json))
             kept = as_kept(archive, is_simulated=reader.header.is_simulated)
@@ -230,12 +231,15 @@ def tell_unguarded(rig: RigDescription) -> None:
         note(sentence)
 
 
-def _require_what_the_end_needs(archive: str | None, alerts: Path | None) -> None:
-    """Check archive and alerts before anything moves. Raises: RequestError, DescriptionError."""
+def _require_what_the_end_needs(archive: str | None, alerts: Path | None, *, is_virtual: bool) -> None:
+    """Check archive and alerts before anything moves, the user's own alerts too where time is no virtual one.
+
+    Raises: RequestError, DescriptionError.
+    """
     if archive is not None:
         require_archive_url(archive)
-    if alerts is not None:
-        read_alerts(alerts)
+    if alerts is not None or not is_virtual:
+        usable_alerts(alerts)
 
 
 def title_rig_and_time(folder: Path) -> tuple[str, str, bool]:
