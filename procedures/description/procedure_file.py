@@ -254,6 +254,8 @@ class Solve(StrictTable):
     """2: offset and sensitivity may bend with temperature; for ``temperature = "estimate"``."""
     known_temperature: dict[str, KnownTemperature] = {}
     """``"SENSOR.AXIS"`` to its coefficients, for ``temperature = "apply"``."""
+    reference_temperature_degc: float | None = None
+    """Where what ``temperature = "estimate"`` solves for is to hold; None: the mean temperature, to 1 °C."""
     extended: Literal["no", "test", "yes"] = "yes"
     expected_noise_arcsec: Positive = 0.5
     """Standard deviation of a dwell, for the uncertainty expected beforehand."""
@@ -283,6 +285,25 @@ class Solve(StrictTable):
     def _apply_needs_coefficients(self) -> Self:
         if self.temperature == "apply" and not self.known_temperature:
             raise ValueError('temperature = "apply" needs known_temperature."SENSOR.AXIS" = { … }')
+        return self
+
+    @model_validator(mode="after")
+    def _a_sensor_has_one_reference(self) -> Self:
+        if self.reference_temperature_degc is not None and self.temperature != "estimate":
+            raise ValueError(
+                f'reference_temperature_degc belongs to temperature = "estimate", not to "{self.temperature}"; known '
+                "coefficients each have their own, in known_temperature"
+            )
+        references: dict[str, set[float]] = {}
+        for name, known in self.known_temperature.items():
+            references.setdefault(name.rpartition(".")[0], set()).add(known.reference_temperature_degc)
+        for sensor, found in references.items():
+            if len(found) > 1:
+                raise ValueError(
+                    f"known_temperature: the axes of {sensor} have reference_temperature_degc "
+                    f"{' and '.join(f'{degc:g}' for degc in sorted(found))}; the coefficients of one sensor hold at one "
+                    "temperature: bring those of all its axes to the same"
+                )
         return self
 
     @model_validator(mode="after")

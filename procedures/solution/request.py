@@ -140,7 +140,9 @@ def request_for(
         for axis in axes
         if (key := f"{sensor_name}.{axis}") in solve.known_temperature
     }
-    references = {item.reference_temperature_degc for item in known.values()}
+    reference_degc = next(
+        (item.reference_temperature_degc for item in known.values()), solve.reference_temperature_degc
+    )
     return CalibrationRequest(
         model=solve.model_of(sensor_name, rolls=rolls),
         nominal_axes={axis: axis for axis in axes},
@@ -158,7 +160,7 @@ def request_for(
             )
             for axis, item in known.items()
         },
-        reference_temperature_degc=references.pop() if len(references) == 1 else None,
+        reference_temperature_degc=reference_degc,
         extended=solve.extended,
         time_term=solve.time_term == "linear",
         table=table,

@@ -113,6 +113,7 @@ TRIALS = {
     "solve.known_temperature.*.offset_tc_uncertainty_v_per_degc": Trial(1e-6, job="table", procedure=APPLIED),
     "solve.known_temperature.*.sensitivity_tc_uncertainty_per_degc": Trial(1e-6, job="table", procedure=APPLIED),
     "solve.temperature_order": Trial(2, job="table", procedure=TWO_PLATEAUS),
+    "solve.reference_temperature_degc": Trial(25.0, job="table", procedure=TWO_PLATEAUS),
     "solve.joint_priors_arcsec": Trial({"roll_zero": 20.0}, procedure={"solve": {"joint": True}}),
     "solve.known_temperature.*.reference_temperature_degc": Trial(job="table", procedure=APPLIED),
     "export.formats": Trial(["csv"], procedure={"export": {"formats": ["json"]}}),

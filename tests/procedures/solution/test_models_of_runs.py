@@ -12,11 +12,12 @@ from small_run import RIG, Bench, bench, dwells_of
 from ams.calibration.calibrate import calibrate
 from ams.observations import Observations
 from procedures.delivery.deliver import Delivery, deliver, sensors_document, sets_of, solve_run
+from procedures.description.procedure_file import Solve
 from procedures.errors import PlanError
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_sensors
-from procedures.solution.request import request_of
+from procedures.solution.request import request_for, request_of
 from rig.errors import DescriptionError
 
 YAW = (
@@ -357,6 +358,18 @@ NOT_JOINT = [
     ("joint_priors_arcsec = { droop = 1.0 }", "belongs to joint = true"),
     ("joint = true\njoint_priors_arcsec = { wobble = 1.0 }", "pitch_zero"),
     ("temperature_order = 2", 'temperature_order = 2 belongs to temperature = "estimate"'),
+    (
+        "reference_temperature_degc = 25.0",
+        'reference_temperature_degc belongs to temperature = "estimate", not to "none"',
+    ),
+    (
+        'temperature = "apply"\n'
+        '[solve.known_temperature."SN1.x"]\n'
+        "offset_tc_v_per_degc = 1e-5\nsensitivity_tc_per_degc = 1e-5\nreference_temperature_degc = 20.0\n"
+        '[solve.known_temperature."SN1.y"]\n'
+        "offset_tc_v_per_degc = 1e-5\nsensitivity_tc_per_degc = 1e-5\nreference_temperature_degc = 25.0",
+        "the axes of SN1 have reference_temperature_degc 20 and 25; the coefficients of one sensor hold at one",
+    ),
 ]
 
 
@@ -365,6 +378,25 @@ def test_what_does_not_go_together_in_solve_is_refused_by_name(tmp_path: Path, t
     with pytest.raises(DescriptionError, match=r"procedure\.toml:") as refused:
         bench(tmp_path, procedure=(solve_table(text),))
     assert sentence in str(refused.value)
+
+
+@pytest.mark.parametrize("reference_degc", [15.0, 25.0])
+def test_what_is_estimated_holds_where_the_procedure_says(reference_degc: float) -> None:
+    """Straight lines over temperature: the offset that is solved for is that of the truth at the reference."""
+    chance = np.random.default_rng(5)
+    roll_deg = np.tile(np.repeat(np.arange(-180.0, 180.0, 30.0), 5), 6)
+    pitch_deg = np.tile([-30.0, -15.0, 0.0, 15.0, 30.0], 72)
+    warm_degc = np.repeat([10.0, 20.0, 30.0, 30.0, 20.0, 10.0], 60)
+    field_g = -np.sin(np.radians(pitch_deg))
+    output_v = 0.004 + 3e-4 * (warm_degc - 20.0) + 2.5 * field_g + chance.normal(0.0, 2e-5, roll_deg.size)
+    rows = Observations(
+        np.repeat(np.arange(6), 60), np.tile(np.arange(60), 6), np.radians(pitch_deg), np.radians(roll_deg),
+        {"x": output_v}, temperature_degc=warm_degc, time_s=np.arange(360.0) * 60.0,
+    )  # fmt: skip
+    solve = Solve(temperature="estimate", reference_temperature_degc=reference_degc, extended="no")
+    axis = calibrate(rows, request_for("SN1", ["x"], solve, None)).axes["x"]
+    (offset,) = [item for item in axis.parameters if item.name == "offset_v"]
+    assert offset.value == pytest.approx(0.004 + 3e-4 * (reference_degc - 20.0), abs=4e-6)
 
 
 def test_a_joint_fit_needs_pitch_and_roll(tmp_path: Path) -> None:
