@@ -7,7 +7,7 @@ every part from its distribution and evaluates the parameters themselves, not th
 Source: GUM 5.1, G.4, H.2.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
@@ -19,7 +19,7 @@ from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import wrap_deg
 from ams.gravity import Gravity
-from ams.inputs.shared_errors import SharedError
+from ams.inputs.shared_errors import COUNTED_AS_SHOWN, SharedError
 from ams.models.model import Model
 from ams.solve.derived import halfwidths_95
 from ams.statistics.budget import Budget, Input
@@ -112,8 +112,14 @@ def axis_budget(
     Raises: DesignError where the solution is of a model that has no name and was not given.
     """
     solved_by = model or model_of_solution(axis)
-    errors = {error.name: error for error in shared}
-    statements = {**stated, **{error.name: error.stated for error in shared}}
+    shown = _shown(axis)
+    statements = {
+        **stated,
+        **{error.name: error.stated for error in shared},
+        **{name: error["stated"] for name, error in shown.items()},
+    }
+    limits = {error.name for error in shared if error.kind == "limit"}
+    limits |= {name for name, error in shown.items() if error["distribution"] == "limit"}
     if gravity is not None:
         statements[GRAVITY] = f"u {gravity.standard_uncertainty_mps2:g} m/s²"
     names, values, directions = _results(axis, solved_by, gravity)
@@ -129,8 +135,14 @@ def axis_budget(
         dict(zip(names, _expanded(names, budget).tolist(), strict=True)),
         dict(zip(names, t_quantile(0.95, budget.degrees_of_freedom).tolist(), strict=True)),
         float(values[names.index(PER_SI)]) if PER_SI in names else None,
-        _checked(axis, solved_by, names, budget, errors, gravity, trials, seed) if trials > 0 else None,
+        _checked(axis, solved_by, names, budget, limits, gravity, trials, seed) if trials > 0 else None,
     )
+
+
+def _shown(axis: AxisCalibration) -> Mapping[str, Mapping[str, str]]:
+    """Return what nobody declared, by name: the rows of the calibration showed it, and its covariance holds it."""
+    noted = axis.notes.get(COUNTED_AS_SHOWN)
+    return noted if isinstance(noted, Mapping) else {}
 
 
 def _results(axis: AxisCalibration, model: Model, gravity: Gravity | None) -> tuple[list[str], FloatArray, FloatArray]:
@@ -186,14 +198,14 @@ def _checked(
     model: Model,
     names: list[str],
     budget: Budget,
-    stated: Mapping[str, SharedError],
+    limits: Set[str],
     gravity: Gravity | None,
     trials: int,
     seed: int,
 ) -> MonteCarloCheck:
     """Check a budget by Monte Carlo: parts drawn, parameters evaluated anew in every trial. Source: S1 6.4, 7."""
     rng = np.random.default_rng(seed)
-    primary = axis.primary + sum(_drawn(part, stated, rng, trials) for part in axis.variance_components)
+    primary = axis.primary + sum(_drawn(part, limits, rng, trials) for part in axis.variance_components)
     trial = dict(zip(model.parameter_names, model.parameters(primary).T, strict=True))
     if gravity is not None and SENSITIVITY in trial:
         g = gravity.value_mps2 + gravity.standard_uncertainty_mps2 * rng.standard_normal(trials)
@@ -221,9 +233,7 @@ def _expanded(names: Sequence[str], budget: Budget) -> FloatArray:
     return halfwidths_95(names, t_quantile(0.95, budget.degrees_of_freedom) * budget.standard_uncertainties)
 
 
-def _drawn(
-    part: VarianceComponent, stated: Mapping[str, SharedError], rng: np.random.Generator, trials: int
-) -> FloatArray:
+def _drawn(part: VarianceComponent, limits: Set[str], rng: np.random.Generator, trials: int) -> FloatArray:
     """Draw (trials, P) of one part.
 
     Student's t with its degrees of freedom, normal, or what the certificate states.
@@ -231,8 +241,7 @@ def _drawn(
     values, vectors = np.linalg.eigh(part.covariance)
     kept = values > 1e-14 * values[-1]
     root = vectors[:, kept] * np.sqrt(values[kept])
-    error = stated.get(part.name)
-    if error is not None and error.kind == "limit":
+    if part.name in limits:
         return np.asarray(rng.uniform(-(3**0.5), 3**0.5, (trials, root.shape[1])) @ root.T)
     normal = rng.standard_normal((trials, root.shape[1]))
     if np.isfinite(part.dof) and part.dof < INFINITE_DOF:

@@ -20,7 +20,7 @@ from ams.arrays import FloatArray
 from ams.calibration.columns import SolvedColumns
 from ams.calibration.diagnosis import Diagnosis
 from ams.findings import Finding
-from ams.inputs.shared_errors import SharedError, shared_columns
+from ams.inputs.shared_errors import SHOWN_BY_ROWS, SharedError, shared_columns
 from ams.models.model import Stimulus
 from ams.rounding import two_digits
 from ams.solve.linear_form import orthogonal
@@ -53,7 +53,8 @@ class AskewSeats:
     def counted(self) -> SharedError:
         """What is in the uncertainties: a seat of each position, as wide as few positions ask for."""
         few = float(t_quantile(0.95, self.freedom) / t_quantile(0.95, np.inf))
-        return SharedError(ASKEW_SEATS, "seat", few * self.sd_rad, columns=(0, 1, 2), is_weighed=False)
+        stated = f"u {in_arcsec(few * self.sd_rad):.3g}″ about each axis, {SHOWN_BY_ROWS}: all positions together"
+        return SharedError(ASKEW_SEATS, "seat", few * self.sd_rad, stated=stated, columns=(0, 1, 2), is_weighed=False)
 
     @property
     def finding(self) -> Finding:

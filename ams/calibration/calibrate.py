@@ -45,7 +45,7 @@ from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.known_of_run import ProvedChange, is_among
 from ams.inputs.request import CalibrationRequest, refuse_unusable, select_rows
-from ams.inputs.shared_errors import G_SENSITIVITY, G_SENSITIVITY_LIMIT, SharedError
+from ams.inputs.shared_errors import SharedError, notes_of
 from ams.inputs.table_uncertainty import corrected
 from ams.models.drifting import WithTime
 from ams.models.model import Model
@@ -107,7 +107,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     for (group, solved, _), found in zip(groups, diagnoses, strict=True):
         for row, label in enumerate(group):
             curved = request.residual_curvature
-            limits = _limits(shared[label])
+            limits = notes_of(shared[label])
             axes[label] = _axis(label, solved, row, observations, choices[label], found[row], limits, curved=curved)
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
@@ -340,12 +340,6 @@ def _notes(solved: SolvedColumns, row: int, choice: ModelChoice) -> dict[str, ob
     if choice.extension is not None:
         notes["extension"] = choice.extension
     return notes
-
-
-def _limits(shared: Sequence[SharedError]) -> Mapping[str, object]:
-    """Return what users of a set must know of limits beside the covariance: it holds them at the attitudes of a run."""
-    u = next((error.standard_uncertainty for error in shared if error.name == G_SENSITIVITY), None)
-    return {} if u is None else {G_SENSITIVITY_LIMIT: u * 3.0**0.5}
 
 
 def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]:

@@ -34,6 +34,7 @@ from ams.models.extended import ExtendedPitchRoll
 from ams.parameter_words import not_determined
 from ams.solve.derived import halfwidths_95
 from ams.solve.joint import JointFit, Nuisance
+from ams.solve.joint_sensor import JointSensor
 from ams.solve.table_errors import REVERSED, SEAT, UPRIGHT, WHOLE_TABLE, Mounting
 from ams.statistics.intervals import combined_dof, t_quantile
 from ams.units import RAD_PER_ARCSEC, dof_words
@@ -157,10 +158,17 @@ def joint_axis(fit: JointFit, axis: str, findings: tuple[Finding, ...]) -> AxisC
             *significant_texts(findings),
         ),
         findings=findings,
-        remarks=(WHICH_OFFSET if isinstance(model, ExtendedPitchRoll) else NOT_DETERMINED,) if fit.has_terms else (),
+        remarks=_of_the_terms(fit.sensors[axis]),
         variance_components=parts,
         centring=model.centring if isinstance(model, ExtendedPitchRoll) else (),
     )
+
+
+def _of_the_terms(sensor: JointSensor) -> tuple[str, ...]:
+    """Return which offset stands beside terms of second order, or that the points determine none, as any fit does."""
+    if sensor.centring:
+        return (WHICH_OFFSET,)
+    return (NOT_DETERMINED,) if sensor.is_blind else ()
 
 
 def _parameter(

@@ -9,6 +9,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, AxisTests, BeliefTest
+from ams.analysis.diagnostics.facts import CONTAINED
 from ams.calibration.common_cause import AxisShown, judge_common_cause
 from ams.calibration.common_gain import OutputOfPackage, gain_finding
 from ams.calibration.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
@@ -32,6 +33,7 @@ _LIKE_A_GAIN: Final[frozenset[FindingKind]] = frozenset(
 )
 """Of what is told as a gain already, or passes for one."""
 
+_AS_THE_TILT: Final = "a base that tilts does that, and what of it the stated uncertainties hold is said of the tilt"
 _BESIDE_IT: Final[frozenset[FindingKind]] = frozenset({"lack-of-fit", "quadratic", "cross-coupling", "cubic"})
 """Of what the points show by the force, or the table at its indices: what a package shows is shown beside it."""
 
@@ -73,7 +75,14 @@ def with_tilt(
     if not tilt.is_of_several or tilt.p_value > axes * LEVEL / family / MOST_TESTS:
         return [list(group) for group in found]
     finding = tilt_finding(tilt, is_counted=is_counted)
-    return [[replace(axis, findings=(*axis.findings, finding)) for axis in group] for group in found]
+    return [[replace(axis, findings=(*map(_of_the_tilt, axis.findings), finding)) for axis in group] for group in found]
+
+
+def _of_the_tilt(said: Finding) -> Finding:
+    """Return a change between the replications as the tilt's doing: what holds of the tilt is said once, with it."""
+    if said.kind != "drift" or not said.fact.endswith(CONTAINED):
+        return said
+    return replace(said, fact=f"{said.fact.removesuffix(CONTAINED)}{_AS_THE_TILT}")
 
 
 def _is_plainest(wide: PackageWide, package: Sequence[Diagnosis]) -> bool:

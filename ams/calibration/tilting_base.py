@@ -26,7 +26,7 @@ from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.frames import specific_force, specific_force_by_base, specific_force_by_pitch
-from ams.inputs.shared_errors import Effect, SharedError
+from ams.inputs.shared_errors import SHOWN_BY_ROWS, Effect, SharedError
 from ams.remembered import remembered
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
@@ -75,9 +75,13 @@ class BaseTilt:
         """What is in the uncertainties: the limit of a tilt that is common to all rows, about each axis."""
         kinds: tuple[tuple[str, Effect], ...] = (("pitch", "pitch"), ("roll", "base-tilt"))
         return tuple(
-            SharedError(f"{BASE_TILT}, about {about}", effect, size / 3.0**0.5, "limit", is_weighed=False)
+            SharedError(
+                f"{BASE_TILT}, about {about}", effect, size / 3.0**0.5, "limit",
+                stated=f"limit {in_arcsec(size):.3g}″, {SHOWN_BY_ROWS}: largest less smallest of the replications",
+                is_weighed=False,
+            )
             for (about, effect), size in zip(kinds, self.range_rad, strict=True)
-        )
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -54,6 +54,10 @@ G_SENSITIVITY = "g-sensitivity"
 """Name of what the specific force does to the zero of a gyro: the same run repeats it, use elsewhere does not."""
 G_SENSITIVITY_LIMIT = "largest_g_sensitivity_dps_per_g"
 """Its limit, among the notes of a solved axis."""
+SHOWN_BY_ROWS = "shown by the calibration's own rows"
+"""Who states an error that nobody declared."""
+COUNTED_AS_SHOWN = "counted_as_shown"
+"""The note of a solved axis: errors that its rows showed and its covariance holds, by name, as the budget has them."""
 _STANDS = 1e-3
 """Of the largest rate: an axis that is slower stands still."""
 _MOST_POSITIONS = 24
@@ -94,6 +98,16 @@ class SharedError:
     def limit(self) -> float:
         """Half width of the rectangular distribution that has its standard uncertainty, in the unit of the effect."""
         return float(np.sqrt(3.0)) * self.standard_uncertainty
+
+
+def notes_of(errors: Sequence[SharedError]) -> Mapping[str, object]:
+    """Return limits that users of a set must know beside the covariance, and what a budget says of what is in it."""
+    limit = next((error.limit for error in errors if error.name == G_SENSITIVITY), None)
+    shown = {
+        error.name: {"distribution": error.kind, "stated": error.stated} for error in errors if not error.is_weighed
+    }
+    notes: dict[str, object] = {COUNTED_AS_SHOWN: shown} if shown else {}
+    return notes if limit is None else {**notes, G_SENSITIVITY_LIMIT: limit}
 
 
 def shared_columns(

@@ -25,6 +25,8 @@ class JointSensor:
     """Components of the specific force that any row excites, of 0 to 2."""
     centring: Centring = ()
     """Of the terms; empty without them. With them every component is excited."""
+    is_blind: bool = False
+    """Whether the points determine no terms, asked for or not."""
 
     @property
     def size(self) -> int:
@@ -57,6 +59,8 @@ def sensors_of(
     axes: tuple[str, ...], force: FloatArray, excited: NDArray[np.intp], *, has_terms: bool
 ) -> tuple[JointSensor, ...]:
     """Return the axes at (N, c) forces of all mountings, with the terms where the points determine them."""
-    if not has_terms or excited.size < 3:
-        return tuple(JointSensor(axis, excited) for axis in axes)
-    return tuple(JointSensor(axis, excited, centring_over(force, len(force), axis) or ()) for axis in axes)
+    is_whole = excited.size == 3
+    centrings = {axis: (centring_over(force, len(force), axis) if is_whole else None) or () for axis in axes}
+    return tuple(
+        JointSensor(axis, excited, centring if has_terms else (), not centring) for axis, centring in centrings.items()
+    )

@@ -103,13 +103,19 @@ def whole_plots(layout: Layout, visits: Visits | None, shared: Sequence[FloatArr
 def visit_warnings(layout: Layout, visits: Visits) -> tuple[str, ...]:
     """Return warnings of what the order of the visits cannot tell."""
     warnings = []
-    once = sorted({degc for degc in visits.plateau_degc if visits.plateau_degc.count(degc) == 1})
-    if len(visits.plateau_degc) == len(once):
+    different = len(set(visits.plateau_degc))
+    if len(visits.plateau_degc) == different:
+        sides = "" if different > 2 else ", one between them"
         warnings.append(
             "every temperature plateau was visited once only: what a visit does to the package cannot be told from "
-            "temperature; visit plateaus more than once and from both sides"
+            f"temperature; visit plateaus more than once{sides} and from both sides"
         )
-    elif (sides := _one_sided(visits.plateau_degc)) and len(sides) == len(set(visits.plateau_degc)):
+    elif different == 2:
+        warnings.append(
+            "between two temperature plateaus the warmer is reached by warming and the colder by cooling, always: "
+            "hysteresis passes for temperature; add a plateau between them, reached by warming and by cooling"
+        )
+    elif len(_one_sided(visits.plateau_degc)) == different:
         warnings.append(
             "every temperature plateau was reached from one side only: hysteresis passes for temperature; "
             "visit plateaus from both sides"

@@ -1,18 +1,21 @@
 """Package and table solved together from the rows of one run: what a joint fit says like every other calibration."""
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 from simulated_columns import teeth_within
 
+from ams.calibration.calibrate import calibrate
 from ams.calibration.jointly import calibrate_jointly
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.extended import CUBIC_NAME
 from ams.models.thermal import TemperatureCoefficients
+from ams.sets.verdict_conditions import TERMS_NOT_DETERMINED
 from ams.solve.joint import joint_fit
 from ams.solve.table_errors import Mounting, TablePriors
 from ams.statistics.intervals import t_quantile
@@ -39,6 +42,22 @@ def test_it_is_the_joint_fit_with_residuals_of_every_row_and_replication_tests(h
         assert (CUBIC_NAME in solved_axis.primary_names, bool(solved_axis.centring)) == (has_terms, has_terms)
     np.testing.assert_allclose(solved.package.covariance, fit.covariance, rtol=1e-12)
     assert "solved together" in " ".join(solved.remarks)
+
+
+@pytest.mark.parametrize("extended", ["yes", "no"])
+@pytest.mark.parametrize("step_deg", [90.0, 30.0])
+def test_terms_that_the_points_do_not_determine_are_told_as_by_any_fit(
+    extended: Literal["yes", "no"], step_deg: float
+) -> None:
+    """Four rolls a quarter of a turn apart show no terms of second order, with and without asking for them."""
+    rows = Campaign(roll_deg=np.arange(-180.0, 180.0, step_deg), replications=3).observe(np.random.default_rng(4))
+    request = replace(PLAIN, extended=extended)
+    together, apart = calibrate_jointly(rows, request, PRIORS), calibrate(rows, request)
+    for axis in AXES:
+        is_told = [
+            any(said.startswith(TERMS_NOT_DETERMINED) for said in fit.axes[axis].remarks) for fit in (together, apart)
+        ]
+        assert is_told == [step_deg == 90.0] * 2
 
 
 def test_a_meter_that_is_wrong_is_added_as_a_whole_and_is_the_same_for_all_axes_behind_it() -> None:

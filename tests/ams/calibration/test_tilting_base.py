@@ -5,12 +5,15 @@ roll: three axes at 2.5 V/g, 1.65″ a dwell, thirteen pitch angles by twelve ro
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from ams.analysis.calibration_budget import axis_budget
 from ams.analysis.diagnostics.beliefs import LEVEL
+from ams.analysis.diagnostics.facts import CONTAINED
 from ams.calibration.calibrate import calibrate
 from ams.calibration.tilting_base import BASE_TILT
 from ams.calibration_result import AxisCalibration, Calibration
@@ -108,6 +111,42 @@ def test_a_base_that_comes_back_before_its_level_is_read_is_told_by_all_outputs(
     mean_of_first, mean_of_third = 0.256, 0.955  # of a half sine, over a sixth of it each
     expected = 3.5 * (mean_of_third - mean_of_first) * np.abs([np.cos(heading), np.sin(heading)])
     np.testing.assert_allclose(turned, expected, atol=1.0)
+
+
+def test_the_budget_says_of_a_tilt_what_was_counted_and_by_whom() -> None:
+    """And the Monte Carlo check draws it as the limit that it is: a rectangle beside which Student's t is wide."""
+    found = solved(observed(there_and_back(6.0, ALONG), 1))
+    axis = found.axes["x"]
+    lines = {line.source: line for line in axis_budget(axis, LEVEL_OF_BASE).lines if line.source.startswith(BASE_TILT)}
+    (finding, *_) = tilts_told(found)
+    about = {"about pitch": "about_pitch_arcsec", "about roll": "about_forward_axis_arcsec"}
+    assert {name.removeprefix(f"{BASE_TILT}, ") for name in lines} <= set(about)
+    assert lines
+    for name, line in lines.items():
+        size = float(finding.details[about[name.removeprefix(f"{BASE_TILT}, ")]] or 0.0)
+        assert line.stated.startswith(f"limit {size:.3g}″, shown by the calibration's own rows")
+    part = next(part for part in axis.variance_components if part.name.startswith(BASE_TILT))
+    alone = replace(axis, variance_components=(part,))
+    checked = axis_budget(alone, LEVEL_OF_BASE, trials=20_000, seed=1).monte_carlo
+    assert checked is not None
+    offset = checked.parameters["offset_v"]
+    half = 0.5 * (offset.interval_95[1] - offset.interval_95[0])
+    assert half == pytest.approx(0.95 * 3.0**0.5 * offset.standard_uncertainty, rel=0.02)
+
+
+def test_of_a_tilt_one_story_is_told() -> None:
+    """Offset and angles that change with the tilt are not said to be contained, where of the tilt not all is."""
+    found = solved(observed(there_and_back(3.5, 0.7), 1))
+    changes = [
+        finding.text for axis in found.axes.values() for finding in axis.findings
+        if finding.is_significant and "changed from replication to replication" in finding.fact
+    ]  # fmt: skip
+    assert changes
+    assert all(text.endswith("what of it the stated uncertainties hold is said of the tilt") for text in changes)
+    still_base = solved(observed(still, 1, drift=np.array([20e-6, 0.0, 0.0])))
+    of_offset = [finding for finding in still_base.axes["x"].findings if finding.fact.startswith("offset changed")]
+    assert of_offset
+    assert CONTAINED in of_offset[0].text
 
 
 def test_offsets_hold_a_tilt_whatever_its_size() -> None:

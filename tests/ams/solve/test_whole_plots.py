@@ -84,8 +84,21 @@ def test_one_visit_a_plateau_or_one_side_only_is_said() -> None:
         return " ".join(visit_warnings(layout_of(observations), found))
 
     assert "visited once only" in warnings(15.0, 25.0, 35.0)
-    assert "one side only" in warnings(15.0, 35.0, 15.0, 35.0)
+    assert "one side only" in warnings(15.0, 25.0, 35.0, 15.0, 25.0, 35.0)
     assert warnings(15.0, 25.0, 35.0, 25.0, 15.0) == ""
+
+
+def test_of_two_plateaus_is_said_what_they_cannot_tell_and_not_that_a_side_is_missing() -> None:
+    """Between two plateaus there is one way up and one down, in whatever order they are visited."""
+    found = visits_of(rows := visited((15.0, 35.0, 15.0, 35.0), 2, 0))
+    assert found is not None
+    (said,) = visit_warnings(layout_of(rows), found)
+    assert "the warmer is reached by warming and the colder by cooling, always" in said
+    assert "side" not in said
+    assert "add a plateau between them" in said
+    found = visits_of(rows := visited((15.0, 35.0), 2, 0))
+    assert found is not None
+    assert "more than once, one between them and from both sides" in visit_warnings(layout_of(rows), found)[0]
 
 
 def held(plateaus_degc, per_visit: int, request: CalibrationRequest, campaigns: int, **errors: float) -> np.ndarray:
