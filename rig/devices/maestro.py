@@ -183,7 +183,8 @@ class MaestroController:
         if not self.proof:
             self.poll_errors()
             remedy = "set the serial time-out in the controller's settings (Maestro Control Center)"
-            self.proof = prove(name, timeout_s, lambda: Errors.TIMEOUT in self.poll_errors(), wait, remedy)
+            clock = self._exchange.stream.clock
+            self.proof = prove(name, timeout_s, lambda: Errors.TIMEOUT in self.poll_errors(), wait, clock, remedy)
         return self.proof
 
     def position(self, channel: int, marks: int) -> int:

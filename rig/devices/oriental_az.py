@@ -150,7 +150,7 @@ class OrientalAzAxis:
         with ExitStack() as unless_proven:
             unless_proven.callback(self.disarm_watchdog)
             self._write_silence(self.watchdog_s)
-            outcome = prove(self.name, self.watchdog_s, self._has_noticed, wait, remedy)
+            outcome = prove(self.name, self.watchdog_s, self._has_noticed, wait, self._modbus.stream.clock, remedy)
             unless_proven.pop_all()
         self._is_armed = True
         return outcome

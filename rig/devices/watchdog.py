@@ -7,6 +7,7 @@ not.
 
 from collections.abc import Callable
 
+from rig.clock import Clock
 from rig.devices.abilities import Wait
 from rig.errors import DeviceFault
 
@@ -14,25 +15,36 @@ UNNOTICED, NOTICED = 0.5, 1.25
 """Silences in time-outs."""
 
 
-def prove(name: str, watchdog_s: float, has_noticed: Callable[[], bool], wait: Wait, remedy: str) -> str:
-    """Be silent twice; return what was seen.
+def prove(name: str, watchdog_s: float, has_noticed: Callable[[], bool], wait: Wait, clock: Clock, remedy: str) -> str:
+    """Be silent twice; return what was seen, with the silences as they were and not as they were meant.
 
     ``has_noticed`` asks, and thereby speaks. Raises: DeviceFault.
     """
-    wait(UNNOTICED * watchdog_s)
-    if has_noticed():
+    passed_s, is_noticed = _after_silence(UNNOTICED * watchdog_s, has_noticed, wait, clock)
+    if is_noticed and passed_s >= watchdog_s:
         raise DeviceFault(
-            f"{name}: the machine stopped by itself after {UNNOTICED * watchdog_s:g} s of silence, its watchdog should"
+            f"{name}: this computer was silent for {passed_s:.3g} s where {UNNOTICED * watchdog_s:g} s were meant,"
+            f" longer than its watchdog allows ({watchdog_s:g} s; axes.{name}: watchdog_s), and the machine stopped;"
+            " nothing moved; nothing is proven: find what keeps this computer from its work, or allow more"
+        )
+    if is_noticed:
+        raise DeviceFault(
+            f"{name}: the machine stopped by itself after {passed_s:.3g} s of silence, its watchdog should"
             f" allow {watchdog_s:g} s (axes.{name}: watchdog_s); nothing moved; {remedy}"
         )
-    wait(NOTICED * watchdog_s)
-    if not has_noticed():
+    noticed_s, is_noticed = _after_silence(NOTICED * watchdog_s, has_noticed, wait, clock)
+    if not is_noticed:
         raise DeviceFault(
-            f"{name}: the machine did not notice a silence of {NOTICED * watchdog_s:g} s, its watchdog should act after"
+            f"{name}: the machine did not notice a silence of {noticed_s:.3g} s, its watchdog should act after"
             f" {watchdog_s:g} s (axes.{name}: watchdog_s); nothing moved; {remedy}, or leave watchdog_s out: then"
             " nothing stops a turning axis when this computer dies"
         )
-    return (
-        f"watchdog of {watchdog_s:g} s: {UNNOTICED * watchdog_s:g} s of silence passed,"
-        f" {NOTICED * watchdog_s:g} s were noticed"
-    )
+    return f"watchdog of {watchdog_s:g} s: {passed_s:.3g} s of silence passed, {noticed_s:.3g} s were noticed"
+
+
+def _after_silence(meant_s: float, has_noticed: Callable[[], bool], wait: Wait, clock: Clock) -> tuple[float, bool]:
+    """Return how long nothing was said, and whether the machine noticed."""
+    since_s = clock.monotonic_s()
+    wait(meant_s)
+    silent_s = clock.monotonic_s() - since_s
+    return silent_s, has_noticed()
