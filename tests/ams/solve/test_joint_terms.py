@@ -46,7 +46,9 @@ def test_the_slope_by_the_force_is_the_complex_step() -> None:
 def test_where_the_package_never_rolled_the_terms_do_not_stand() -> None:
     pitch = np.linspace(-1.5, 1.5, 30)
     force = specific_force(pitch, np.zeros(30))[:, [0, 2]]
-    assert sensors_of(("x",), force, np.array([0, 2]), has_terms=True) == (JointSensor("x", pytest.approx([0, 2])),)
+    assert sensors_of(("x",), force, np.array([0, 2]), has_terms=True) == (
+        JointSensor("x", pytest.approx([0, 2]), is_blind=True),
+    )
 
 
 def test_offset_and_sensitivities_are_those_of_the_linear_sensor_that_comes_closest() -> None:
