@@ -43,7 +43,7 @@ class ShownQueue:
     armed: str
     mounted: str
     needed: str
-    """What the next item needs, as it is typed: ``SN1047=A SN1052``."""
+    """What the next item needs, as it is typed: ``SN1047="face A" SN1052``."""
     items: tuple[Item, ...]
     trouble: str = ""
     awaited: str = ""
@@ -69,7 +69,7 @@ def _shown(folder: Path, clock: Clock) -> ShownQueue:
         queue.is_armed(boot(), now),
         armed_sentence(queue, boot(), now),
         mounted_sentence(queue),
-        " ".join(f"{name}={datum}" if datum else name for name, datum in needs.items()),
+        people.typed_words(needs),
         tuple(item for item in queue.items if item.state not in GONE),
         awaited=awaited_sentence(queue, waiting[0]) if waiting else "",
     )
@@ -176,7 +176,7 @@ def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
         case "remove":
             people.remove(store, number, action.by)
         case "attest":
-            words = action.fields["mounted"].replace(",", " ").split()
+            words = people.words_typed(action.fields["mounted"])
             people.attest(store, action.by, people.mounted_in(words))
         case "decide":
             people.decide(store, number, action.fields["choice"], action.text, action.by)

@@ -301,8 +301,8 @@ class Solve(StrictTable):
             if len(found) > 1:
                 raise ValueError(
                     f"known_temperature: the axes of {sensor} have reference_temperature_degc "
-                    f"{' and '.join(f'{degc:g}' for degc in sorted(found))}; the coefficients of one sensor hold at one "
-                    "temperature: bring those of all its axes to the same"
+                    f"{' and '.join(f'{degc:g}' for degc in sorted(found))}; the coefficients of one sensor hold at "
+                    "one temperature: bring those of all its axes to the same"
                 )
         return self
 

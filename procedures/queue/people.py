@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
+from shlex import shlex
 from typing import Literal, get_args
 
 from procedures.errors import ProcedureError, RequestError
@@ -140,6 +141,35 @@ def mounted_in(words: Iterable[str]) -> dict[str, str]:
             raise RequestError(f"queue attest: {one_line(word)[:80]}: {complaint}; nothing was attested")
         mounted[name] = datum
     return mounted
+
+
+def typed_words(mounted: Mapping[str, str]) -> str:
+    """Return sensors with their datum faces as they are typed into one line: ``SN1047="face A" SN1052``."""
+    return " ".join(_marked(name) + (f"={_marked(datum)}" if datum else "") for name, datum in mounted.items())
+
+
+def _marked(word: str) -> str:
+    """Return a word in quotation marks where a line would part it."""
+    if not any(character.isspace() or character in ',"\\' for character in word):
+        return word
+    return '"' + word.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def words_typed(line: str) -> list[str]:
+    """Return the words of a line, apart by spaces or commas, what stands in quotation marks in one.
+
+    Raises: RequestError for a quotation mark without a second.
+    """
+    words = shlex(line, posix=True)
+    words.whitespace += ","
+    words.whitespace_split, words.commenters, words.quotes = True, "", '"'
+    try:
+        return list(words)
+    except ValueError:
+        raise RequestError(
+            f"queue attest: {one_line(line)[:80]}: a quotation mark lacks its second; nothing was attested; write "
+            'SN1047="face A"'
+        ) from None
 
 
 def attest(store: QueueStore, by: str, mounted: Mapping[str, str]) -> Queue:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 from command import call
+from hypothesis import given
+from hypothesis import strategies as st
 from queue_scene import Scene
 from small_run import PROCEDURE, RIG
 from starlette.testclient import TestClient
@@ -71,6 +73,27 @@ def test_what_is_attested_in_the_browser_is_looked_at_as_on_the_command_line(
     outcome = call(capsys, "queue", "attest", *mounted.split(), "--rig", tmp_path / "rig.toml", "--operator", "Ben")
     assert (outcome.status, complaint in outcome.err) == (2, True)
     assert scene.queue().attestation is None
+
+
+@given(
+    st.dictionaries(
+        st.text(st.characters(exclude_categories=["C", "Z"], exclude_characters="="), min_size=1),
+        st.text(st.characters(exclude_categories=["C", "Zl", "Zp"])).map(str.strip),
+        min_size=1,
+    )
+)
+def test_what_the_page_offers_to_be_said_is_what_the_next_item_needs(needs: dict[str, str]) -> None:
+    assert people.mounted_in(people.words_typed(people.typed_words(needs))) == needs
+
+
+def test_a_datum_face_of_two_words_is_attested_in_the_browser(visited: Visited, scene: Scene) -> None:
+    browser = visited.person("Ben", "move")
+    code, found = _post(visited, scene, browser, "attest", mounted='SN1="face A, SN2')
+    assert (code, "a quotation mark lacks its second" in found) == (409, True)
+    assert _post(visited, scene, browser, "attest", mounted='SN1="face A", SN2=B SN3', key="again")[0] == 202
+    said = scene.queue().attestation
+    assert said is not None
+    assert said.mounted == {"SN1": "face A", "SN2": "B", "SN3": ""}
 
 
 def test_a_night_is_armed_and_decided_in_the_browser(visited: Visited, scene: Scene) -> None:
