@@ -8,12 +8,16 @@ meter whose step grows in a higher range shows it in the readings that repeat.
 Where there are too few points for a smooth fit the other replications tell the scatter; where none is left, what is off
 a plain line in gravity does, of readings with so many digits that no meter repeats them.
 
+Rows may be copied under new numbers of points too, and pass for a design of twice as many. Rows of the same attitude
+are then held against each other whatever their points are called: the second time that a replication is at an attitude
+is looked at as a replication of its own.
+
 One output may repeat at some attitudes by itself, where it does not feel what shakes the others: of one alone only
 nearly all points are a copy. Two outputs that scatter repeat together at more points than chance gives in copies only.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Final
 
@@ -75,9 +79,10 @@ class _Chance:
 
 
 def refuse_copies(observations: Observations) -> None:
-    """Refuse replications that are copies. Raises: ObservationsError."""
+    """Refuse replications, and rows under new numbers of points, that are copies. Raises: ObservationsError."""
     found = dict(_copies(observations))
     if not found:
+        _refuse_renumbered(observations)
         return
     shown = next(iter(found.values()))
     of_first = [
@@ -93,6 +98,60 @@ def refuse_copies(observations: Observations) -> None:
         f"{shown.equal} of {shown.points} points have the same {outputs} to the last digit, which scatter "
         "otherwise and show no step of a meter; nothing was solved; noise and drift are told by replications that "
         "were measured: give those, each once"
+    )
+
+
+def _refuse_renumbered(observations: Observations) -> None:
+    """Refuse rows that are copies of others under new numbers of points. Raises: ObservationsError."""
+    renumbered = _by_attitude(observations)
+    if renumbered is None:
+        return
+    found = next(_copies(renumbered), None)
+    if found is None:
+        return
+    label, copy = found
+    of, copied = (renumbered.replication == number for number in (copy.of, label))
+    raise ObservationsError(
+        f"{observations.source}: rows stand twice, under new numbers of points: {copy.equal} rows of replication "
+        f"{_names(observations.replication[copied])} (points {_names(observations.point[copied])}) have attitudes and "
+        f"outputs of replication {_names(observations.replication[of])} (points {_names(observations.point[of])}) to "
+        "the last digit, which scatter otherwise and show no step of a meter; nothing was solved; what was measured "
+        "once tells its noise once: give every row once"
+    )
+
+
+def _names(labels: IntArray) -> str:
+    found = np.unique(labels).tolist()
+    return str(found[0]) if len(found) == 1 else f"{found[0]} to {found[-1]}"
+
+
+def _by_attitude(observations: Observations) -> Observations | None:
+    """Return the rows with a point for each attitude, and a replication for each time that it was met in one.
+
+    None where the points are the attitudes, or too few rows repeat in all outputs for a copy.
+    """
+    outputs = np.column_stack(list(observations.outputs.values()))
+    if observations.rows - np.unique(outputs, axis=0).shape[0] < _FEWEST_IN_COMMON:
+        return None
+    _, attitude = np.unique(_conditions(observations), axis=0, return_inverse=True)
+    pairs = np.unique(np.column_stack([attitude, observations.point]), axis=0)
+    if pairs.shape[0] == np.unique(attitude).size == np.unique(observations.point).size:
+        return None
+    _, replication = np.unique(observations.replication, return_inverse=True)
+    order = np.lexsort((np.arange(observations.rows), attitude, replication))
+    begins = np.flatnonzero(
+        np.concatenate([[True], np.any(np.diff([replication[order], attitude[order]], axis=1) != 0, axis=0)])
+    )
+    times = np.empty(observations.rows, dtype=np.int64)
+    times[order] = np.arange(observations.rows) - np.repeat(begins, np.diff([*begins, observations.rows]))
+    return replace(observations, point=attitude, replication=replication * (int(times.max()) + 1) + times)
+
+
+def _conditions(observations: Observations) -> FloatArray:
+    """Return (N, c) what was set in a row: attitude, rates, known level."""
+    known = (observations.yaw_rad, observations.euler_rate_rad_s, observations.reference_level)
+    return np.column_stack(
+        [observations.pitch_rad, observations.roll_rad, *(values for values in known if values is not None)]
     )
 
 

@@ -222,3 +222,50 @@ def test_copies_are_refused_of_a_meter_with_two_ranges(step_v: float) -> None:
         refuse_copies(_copied(rows, (2,)))
     with pytest.raises(ObservationsError, match="a copy in part"):
         refuse_copies(_copied(rows, (2,), kept=60))
+
+
+def _renumbered(rows: Observations, chosen: np.ndarray, replication: np.ndarray | None = None) -> Observations:
+    """Return the rows with some of them once more, under numbers of points that no other has."""
+    new = rows.point.max() + 1 + np.arange(chosen.size) % np.unique(rows.point[chosen]).size
+    given = rows.replication[chosen] if replication is None else replication
+    return replace(
+        rows, replication=np.concatenate([rows.replication, given]), point=np.concatenate([rows.point, new]),
+        pitch_rad=np.concatenate([rows.pitch_rad, rows.pitch_rad[chosen]]),
+        roll_rad=np.concatenate([rows.roll_rad, rows.roll_rad[chosen]]),
+        outputs={axis: np.concatenate([values, values[chosen]]) for axis, values in rows.outputs.items()},
+        time_s=None, temperature_degc=None, step=None, yaw_rad=None,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("share", [1.0, 0.25])
+def test_rows_that_stand_twice_under_new_numbers_of_points_are_refused(share: float) -> None:
+    """All rows once more, or a block of each replication: a design of more points, of which the noise is half told."""
+    rows = _rows()
+    points = np.unique(rows.point)
+    block = points[: int(share * points.size)]
+    twice = _renumbered(rows, np.flatnonzero(np.isin(rows.point, block)))
+    with pytest.raises(ObservationsError, match="rows stand twice, under new numbers of points") as refused:
+        refuse_copies(twice)
+    assert f"{block.size} rows of replication" in str(refused.value)
+    assert f"points {twice.point.max() - block.size + 1} to {twice.point.max()}" in str(refused.value)
+
+
+def test_attitudes_that_were_measured_twice_in_a_replication_are_no_copies() -> None:
+    """Points of one attitude, there and back, read twice: they scatter, and repeat only by a meter's coarse step."""
+    rows = _rows(replications=12)
+    labels = np.unique(rows.replication)
+    is_back = np.isin(rows.replication, labels[1::2])
+    point = np.where(is_back, rows.point + rows.point.max() + 1, rows.point)
+    twice = replace(rows, point=point, replication=np.searchsorted(labels, rows.replication) // 2)
+    for step_v in (1e-9, 1e-5, 1e-4, 1e-3):
+        refuse_copies(replace(twice, outputs={a: np.rint(v / step_v) * step_v for a, v in rows.outputs.items()}))
+    back = {
+        axis: np.where(is_back, np.roll(values, np.sum(~is_back) // 6), values) for axis, values in rows.outputs.items()
+    }
+    with pytest.raises(ObservationsError, match="rows stand twice"):
+        refuse_copies(replace(twice, outputs=back))
+
+
+def test_rows_that_were_computed_may_stand_twice() -> None:
+    rows = _rows(noise_arcsec=0.0)
+    refuse_copies(_renumbered(rows, np.arange(rows.rows)))

@@ -473,3 +473,15 @@ def test_copied_replications_are_refused(drifting: Path, tmp_path: Path, capsys:
         assert "copied.csv: replications 3, 4 are copies of replication 1: " in asked.err
     with pytest.raises(ObservationsError, match="replications 3, 4 are copies of replication 1: "):
         calrig.fit(data, dict(zip("xyz", ("sx_v", "sy_v", "sz_v"), strict=True)))
+
+
+def test_rows_copied_under_new_numbers_of_points_are_refused(
+    drifting: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def copy(rows: list[dict[str, str]]) -> None:
+        rows += [{**row, "point": str(1000 + int(row["point"]))} for row in rows if "point" in row]
+
+    asked = call(capsys, "fit", _changed(drifting, tmp_path / "copied.csv", copy), *AXES)
+    assert (asked.status, asked.out) == (2, "")
+    assert "copied.csv: rows stand twice, under new numbers of points: " in asked.err
+    assert "(points 1001 to " in asked.err
