@@ -6,7 +6,7 @@ out carries the name of who approved it since, and everything drawn from it says
 
 from sqlalchemy import Connection, Select, select
 
-from ams.archive.tables import SIGNATURES
+from ams.archive.tables import FUNCTIONS, SIGNATURES
 from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal
 
 ACCEPTED = "accepted"
@@ -42,6 +42,16 @@ def approver_of(connection: Connection, sha256: str) -> str | None:
     """Return who approved a set by signature, None where nobody did or it was withdrawn since."""
     query = select(SIGNATURES.c.name).where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
     return connection.execute(query.where(SIGNATURES.c.sha256.not_in(withdrawn()))).scalar()
+
+
+def function_of_approver(connection: Connection, sha256: str) -> str:
+    """Return the function of who approved a set by signature, empty where nobody told it."""
+    query = (
+        select(FUNCTIONS.c.function)
+        .join(SIGNATURES, SIGNATURES.c.sequence == FUNCTIONS.c.sequence)
+        .where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
+    )
+    return connection.execute(query).scalar() or ""
 
 
 def accepted_verdicts(connection: Connection, sha256: str | None = None) -> dict[str, AcceptedVerdict]:

@@ -13,7 +13,14 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Connection, Select, case, select
 
-from ams.archive.approvals import accepted_verdicts, approved, approver_of, withdrawals, withdrawn
+from ams.archive.approvals import (
+    accepted_verdicts,
+    approved,
+    approver_of,
+    function_of_approver,
+    withdrawals,
+    withdrawn,
+)
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantined
@@ -200,6 +207,7 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     return replace(
         found,
         approved_by_signature=approver_of(connection, sha256),
+        function_of_approver=function_of_approver(connection, sha256),
         accepted_verdict=accepted_verdicts(connection, sha256).get(sha256),
         withdrawal=withdrawals(connection, sha256).get(sha256),
     )

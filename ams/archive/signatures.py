@@ -36,7 +36,7 @@ from ams.archive.sign_offs import (
     SignOff,
     is_same_person,
 )
-from ams.archive.tables import CERTIFICATES, QUARANTINES, SETS, SIGNATURES
+from ams.archive.tables import CERTIFICATES, FUNCTIONS, QUARANTINES, SETS, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import significant_findings
@@ -55,11 +55,13 @@ def sign(
     comment: str = "",
     busy_timeout_s: float = BUSY_TIMEOUT_S,
     *,
+    function: str = "",
     identified_by: str = "",
 ) -> SignOff:
     """Sign a set (by sensor: its latest, or by checksum) in a role.
 
-    ``identified_by``: what showed that it is that person, for the record.
+    ``function``: of the person in the laboratory, as certificates have it beside the name. ``identified_by``: what
+    showed that it is that person, for the record.
 
     Raises: ArchiveError where the order, the four eyes or the archive do not allow it; nothing is written then.
     """
@@ -68,7 +70,9 @@ def sign(
         sha256 = find_set(connection, key)
         signed = _sign_off(connection, sha256)
         _check_turn(signed, wanted, name, comment)
-        _insert(connection, sha256, Signature(wanted, name.strip(), signed_utc, comment), "signature", identified_by)
+        _check_legible(f"set {sha256[:12]}: {wanted}", "function", function)
+        signature = Signature(wanted, name.strip(), signed_utc, comment, function.strip())
+        _insert(connection, sha256, signature, "signature", identified_by)
         return _sign_off(connection, sha256)
 
 
@@ -343,14 +347,24 @@ def _next_signature(connection: Connection) -> int:
 
 
 def _insert(connection: Connection, sha256: str, signature: Signature, kind: str, identified_by: str) -> None:
-    row = {"sequence": _next_signature(connection), "sha256": sha256, **vars(signature)}
+    sequence = _next_signature(connection)
+    told = {name: value for name, value in vars(signature).items() if name != "function"}
+    written = [Written(SIGNATURES, [{"sequence": sequence, "sha256": sha256, **told}])]
+    if signature.function:
+        written.append(Written(FUNCTIONS, [{"sequence": sequence, "function": signature.function}]))
     detail = {"by": signature.name} | ({"identified_by": identified_by} if identified_by else {})
-    write(connection, signature.signed_utc, kind, [Written(SIGNATURES, [row])], detail)
+    write(connection, signature.signed_utc, kind, written, detail)
 
 
 def _sign_off(connection: Connection, sha256: str) -> SignOff:
-    columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__]
-    signed = select(*columns).where(SIGNATURES.c.sha256 == sha256).order_by(SIGNATURES.c.sequence)
+    columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__ if name != "function"]
+    function = func.coalesce(FUNCTIONS.c.function, "")
+    signed = (
+        select(*columns, function)
+        .outerjoin(FUNCTIONS, FUNCTIONS.c.sequence == SIGNATURES.c.sequence)
+        .where(SIGNATURES.c.sha256 == sha256)
+        .order_by(SIGNATURES.c.sequence)
+    )
     issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
     rows = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
     certificates: Sequence[Certificate] = [Certificate(*tuple(row)) for row in connection.execute(issued)]

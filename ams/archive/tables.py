@@ -49,7 +49,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006")
+REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -176,6 +176,14 @@ SIGNATURES = Table(
     Column("signed_utc", UtcDateTime, nullable=False),
     Column("comment", Text, nullable=False),
 )
+
+FUNCTIONS = Table(
+    "functions",
+    METADATA,
+    Column("sequence", Integer, ForeignKey("signatures.sequence"), primary_key=True, autoincrement=False),
+    Column("function", Text, nullable=False),
+)
+"""Of who signed, in the laboratory, where it was told with the signature."""
 
 CERTIFICATES = Table(
     "certificates",

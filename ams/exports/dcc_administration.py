@@ -87,7 +87,9 @@ def _person(coefficients: CoefficientSet) -> Element:
     approved_by = coefficients.approved_by
     name = approved_by or coefficients.provenance["operator"] or NOT_STATED
     person = Element("dcc:person", [content("dcc:name", name)])
-    role = plain("dcc:role", "approved" if approved_by else "operator; nobody has approved this")
+    function = coefficients.function_of_approver if approved_by == coefficients.approved_by_signature else ""
+    approval = f"approved, {function}" if function else "approved"
+    role = plain("dcc:role", approval if approved_by else "operator; nobody has approved this")
     return Element("dcc:respPerson", [person, role, Element("dcc:mainSigner", "true" if approved_by else "false")])
 
 

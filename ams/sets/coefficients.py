@@ -46,6 +46,8 @@ class CoefficientSet:
     """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
     approved_by_signature: str | None = field(default=None, compare=False)
     """Who approved it after the fact, as the archive that hands it out knows; the document stays as it was sealed."""
+    function_of_approver: str = field(default="", compare=False)
+    """In the laboratory, of who approved it by signature; empty where nobody told it."""
     accepted_verdict: AcceptedVerdict | None = field(default=None, compare=False)
     """Who accepted that the calibration is not usable, as the archive knows; None where nobody did or had to."""
 

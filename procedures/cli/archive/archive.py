@@ -251,6 +251,7 @@ def sign(
     /,
     *,
     operator: Operator = None,
+    function: str = "",
     comment: str = "",
     secret_file: SecretFile = None,
     archive: Archive = None,
@@ -266,12 +267,17 @@ def sign(
         A sensor (its latest set), or six or more characters of a checksum.
     role
         prepared, reviewed, approved or withdrawn.
+    function
+        Of who signs, such as "head of the laboratory": certificates have it beside the name.
     comment
         A remark; the reason where a set is withdrawn.
     """
     url = archive_url(archive)
     who = signer(operator, secret_file)
-    _tell(sign_set(url, key, role, who, datetime.now(UTC), comment, identified_by=IDENTIFIED_BY_NAME), json=json)
+    signed = sign_set(
+        url, key, role, who, datetime.now(UTC), comment, function=function, identified_by=IDENTIFIED_BY_NAME
+    )
+    _tell(signed, json=json)
 
 
 @app.command

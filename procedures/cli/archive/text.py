@@ -138,7 +138,7 @@ def sign_off_lines(signed: SignOff) -> Iterator[str]:
     yield f"set {signed.sha256[:12]}: {signed.standing}"
     for signature in signed.signatures:
         comment = f": {signature.comment}" if signature.comment else ""
-        yield f"  {signature.role:<10} {signature.name}, {at_both(signature.signed_utc)}{comment}"
+        yield f"  {signature.role:<10} {signature.signatory}, {at_both(signature.signed_utc)}{comment}"
     if signed.approver_reviewed:
         yield "  who approved it reviewed it too: nobody else looked at it beside who prepared it"
     yield from _findings_lines(signed)

@@ -14,7 +14,7 @@ from solved import provenance, solved_package
 
 from ams.archive.sets import list_sets, publish, show
 from ams.archive.signatures import certificate_of, sign, verify_archive
-from ams.errors import ArchiveError, WriteFailed
+from ams.errors import ArchiveError, ArchiveForbids, WriteFailed
 from ams.exports.dcc import from_dcc, to_dcc
 from ams.sets.coefficients import build_set
 from procedures.certificate.issue import GroundsOf, issue
@@ -59,6 +59,34 @@ def test_the_attached_certificate_for_machines_holds_the_same_set_and_says_who_a
     dcc = attached["SN1047.xml"]
     assert from_dcc(dcc, "attachment").sha256 == done.grounds.coefficients.sha256
     assert b"nobody has approved" not in dcc
+
+
+def test_whoever_authorises_is_identified_by_name_and_function(
+    archive: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """ISO/IEC 17025, 7.8.2.1 o), on the page, in the PDF's certificate for machines, and in the archive."""
+    secret = with_accounts(tmp_path, monkeypatch, "A. Operator", "B. Chief", "C. Reader")
+    told = {
+        "prepared": ("A. Operator", ""),
+        "reviewed": ("C. Reader", "deputy"),
+        "approved": ("B. Chief", "head of lab"),
+    }
+    for role, (name, function) in told.items():
+        words = ["--operator", name, *secret, *(["--function", function] if function else [])]
+        assert run_command(["archive", "sign", "SN1047", role, *words, "--archive", archive]) == 0
+    shown = capsys.readouterr().out
+    assert "approved   B. Chief, head of lab, " in shown
+    assert "prepared   A. Operator, 20" in shown
+    done = issue(archive, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
+    page = done.page.read_text(encoding="utf-8")
+    assert "Approved: B. Chief, head of lab<br>" in page
+    assert "Reviewed: C. Reader, deputy<br>" in page
+    assert "Prepared: A. Operator<br>" in page
+    with pikepdf.open(done.paper) as document:
+        (dcc,) = (document.attachments[name].get_file().read_bytes() for name in document.attachments if "xml" in name)
+    assert b"<dcc:role>approved, head of lab</dcc:role>" in dcc
+    with pytest.raises(ArchiveForbids, match=r"the function holds U\+202E, which nobody sees"):
+        sign(archive, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped", function="chief\u202e")
 
 
 def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_attachments_name_who_approved(
