@@ -15,7 +15,7 @@ follow in the order of their names, the first behind the last: which they are de
 """
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
@@ -63,19 +63,28 @@ def pooled_scatter(population: Population, leave_out: str | None = None) -> Scat
 
     It is the same for all characteristics of a kind.
     """
-    squares, sensors = _squared_deviations(population, _selected(population, leave_out))
-    width = len(population.kinds)
+    return scatter_of(population, population.coordinates, population.kinds, leave_out)
+
+
+def scatter_of(
+    population: Population, values: FloatArray, kinds: Sequence[str], leave_out: str | None = None
+) -> Scatter:
+    """Return the scatter of (N, p) values of the population's calibrations; columns of one kind have one scatter."""
+    squares, sensors = _squared_deviations(population, values, _selected(population, leave_out))
+    width = len(kinds)
     variance, dof, prior = np.zeros(width), np.zeros(width), np.zeros(width)
-    for kind in set(population.kinds):
-        columns = [index for index, name in enumerate(population.kinds) if name == kind]
+    for kind in set(kinds):
+        columns = [index for index, name in enumerate(kinds) if name == kind]
         variance[columns], dof[columns] = _of_kind(squares[:, columns].ravel())
         prior[columns] = np.minimum(dof[columns], _prior_dof(squares[:, columns], sensors))
     return Scatter(variance, dof, prior)
 
 
-def _squared_deviations(population: Population, selected: frozenset[str]) -> tuple[FloatArray, IntArray]:
+def _squared_deviations(
+    population: Population, coordinates: FloatArray, selected: frozenset[str]
+) -> tuple[FloatArray, IntArray]:
     """Return (m, p) the variance of a calibration that each deviation tells, rad², and (m,) whose it is."""
-    coordinates, years, sensors = population.coordinates, population.years, population.sensor_index
+    years, sensors = population.years, population.sensor_index
     counted = np.array([label.sensor in selected and not label.is_check for label in population.labels], dtype=bool)
     middle = 1 + np.flatnonzero(counted[1:-1] & (sensors[:-2] == sensors[2:]))
     before, span = years[middle] - years[middle - 1], years[middle + 1] - years[middle - 1]

@@ -6,31 +6,38 @@ A permanent check sensor is never taken off its mount and is calibrated in every
 - *table tilt*: the rotation of the whole package, which nobody remounted (a mount that moved looks the same);
 - *sensor*: what is left, in which its axes differ from one another (offsets, sensitivities, angles between axes).
 
-Every component is charted twice. A Shewhart chart compares a run with the mean of those before it, ± t·s·√(1 + 1/m),
-s being the scatter between runs: of the other sensors' runs and its own together for what is the sensor's and the
-meter's (:mod:`ams.surveillance.between_runs`), its own about all three axes for the tilt, and never less than the
-certificates' own uncertainties. An exponentially weighted mean (λ = 0.2) of the same deviations, each turned into a
-normal one (Quesenberry 1991), finds what creeps and steps that are small. A run that is not what it was begins anew.
+Every component is charted three ways. A Shewhart chart compares a run with the mean of those before it,
+± t·s·√(1 + 1/m). An exponentially weighted mean (λ = 0.2) of these deviations finds what creeps and steps that are
+small, and the calibrations are looked at for two levels: a step further back, before limits existed. A run that is not
+what it was begins anew.
+
+s is the scatter between runs: what the component's own runs leave about a straight line, so that no drift is in it
+(:mod:`ams.surveillance.regime`), weighed with that of its like, the other axes' parts and the other sensors' runs
+(:mod:`ams.surveillance.between_runs`), unless an F-test says that it does not scatter as they do: a meter that changes
+from day to day does so to all axes alike, and a base may lean to one side more than to the other. It is never less than
+the certificates' uncertainties.
 
 Before there are four differences no limit exists, and nothing is said to have stayed as it was: what the certificates'
-uncertainties alone do not explain is told, and that it cannot be judged yet.
+uncertainties alone do not explain is told, and that it cannot be judged yet. It is told on until six degrees of freedom
+are behind the limits, and how wide these are always.
 
 What all its axes do alike may still be its own (its supply, its temperature). The other sensors of the same run are the
 witnesses: what they changed alike since their own last calibration is the meter's, if it is what the check sensor says.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import ArchiveUnknown
-from ams.statistics.distributions import f_tail, normal_quantile
+from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_quantile
-from ams.surveillance.between_runs import pooled_scatter
+from ams.surveillance.between_runs import Scatter
+from ams.surveillance.check_components import METER_GAIN, Component, components_of, is_gain, is_offset
+from ams.surveillance.regime import LEAST_DOF, Regime
 from ams.surveillance.series import PointLabel, Population
 
 Cause = Literal["sensor", "table", "meter", "open"]
@@ -40,10 +47,13 @@ LEVEL = 0.002
 WITNESS_FACTOR = 3.0
 LEAST_DIFFERENCES = 4
 EWMA_WEIGHT = 0.2
-DIFFERENCE_EFFICIENCY = 2.0 / 3.0
-"""Successive differences share calibrations: degrees of freedom of each (von Neumann)."""
+CHARTS = 3
+"""Tests of one component in one run: of the run alone, of the weighted mean, of a step further back."""
+UNLIKE_LEVEL = 0.05
+"""Chance that a component which scatters as its like is taken for one that does not."""
 STATED_LEVEL = 0.95
-METER_GAIN, METER_OFFSET = "meter gain", "meter offset"
+FEW_DOF = 6.0
+"""Below this limits are so wide that what the certificates do not explain is told beside them."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +72,8 @@ class ComponentChart:
     is_alarm: BoolArray
     stated_deg: FloatArray
     """Expanded uncertainty of the difference from the centre by the certificates alone (95 %)."""
+    scatter_dof: float
+    """Degrees of freedom of the scatter behind the latest limits."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +101,12 @@ class CheckHistory:
     @property
     def is_judged(self) -> bool:
         """Whether limits exist for the latest run."""
-        return bool(self.charts) and bool(np.isfinite(self.charts[0].low_deg[-1]))
+        return bool(self.charts) and all(bool(np.isfinite(chart.low_deg[-1])) for chart in self.charts)
 
     @property
     def unexplained(self) -> tuple[str, ...]:
-        """What of the latest run the certificates' uncertainties alone do not explain, while no limit exists."""
-        if self.is_judged or len(self.labels) < 2:
+        """What of the latest run the certificates' uncertainties alone do not explain, while few runs tell limits."""
+        if len(self.labels) < 2 or (self.is_judged and min(chart.scatter_dof for chart in self.charts) >= FEW_DOF):
             return ()
         changes = ((chart, float(chart.value_deg[-1] - chart.centre_deg[-1])) for chart in self.charts)
         return tuple(
@@ -102,6 +114,16 @@ class CheckHistory:
             for chart, change in changes
             if abs(change) > chart.stated_deg[-1]
         )
+
+    @property
+    def unseen_deg(self) -> Mapping[str, float]:
+        """How far the latest run might have been off unseen: the widest limit of table, meter and sensor."""
+        found: dict[str, float] = {}
+        for chart in self.charts:
+            whose, _, _ = chart.name.partition(" ")
+            half = 0.5 * float(chart.high_deg[-1] - chart.low_deg[-1])
+            found[whose] = max(half, found.get(whose, 0.0))
+        return found
 
 
 def check_history(population: Population, sensor: str) -> CheckHistory:
@@ -112,12 +134,11 @@ def check_history(population: Population, sensor: str) -> CheckHistory:
             f"history: check sensor {sensor!r}: has no calibration here that counts; name one that has"
         )
     labels = tuple(population.labels[rows])
-    components = _components(population, rows)
-    known = _known_scatter(population, sensor, rows, components)
-    level = LEVEL / (2 * len(components))
-    charts = _charts(components, known, level)
-    findings = tuple(_findings(population, labels, charts))
-    return CheckHistory(sensor, labels, charts, findings, _differences(charts))
+    components = components_of(population, sensor, rows)
+    watched = _watched(components, population.years[rows], LEVEL / (CHARTS * len(components)))
+    findings = tuple(_findings(population, labels, watched))
+    charts = tuple(component.chart() for component in watched)
+    return CheckHistory(sensor, labels, charts, findings, min(component.differences for component in watched))
 
 
 def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
@@ -125,186 +146,139 @@ def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(label.sensor for label in population.labels if label.is_check and label.rig == rig))
 
 
-def _components(population: Population, rows: slice) -> dict[str, FloatArray]:
-    """Return (n,) radians by name, or (n, m) of what is judged together."""
-    change = population.coordinates[rows] - population.coordinates[rows][0]
-    kinds = np.array(population.kinds)
-    gains, offsets = change[:, _is_gain(kinds)], change[:, kinds == "offset_v"]
-    centred = [part - part.mean(axis=1, keepdims=True) for part in (offsets, gains)]
-    tilt = np.radians(population.rotation_deg(rows))
-    return {
-        METER_GAIN: gains.mean(axis=1),
-        METER_OFFSET: offsets.mean(axis=1),
-        **{f"table tilt {axis}": tilt[:, index] for index, axis in enumerate("xyz")},
-        **{
-            f"sensor {name}": np.concatenate([*centred, change[:, kinds == "angle_deg"]], axis=1)[:, index]
-            for index, name in enumerate(_sensors_in_order(population))
-        },
-    }
-
-
-def _sensors_in_order(population: Population) -> list[str]:
-    names = population.characteristics.names
-    kinds = np.array(population.kinds)
-    order = [
-        *np.flatnonzero(kinds == "offset_v"),
-        *np.flatnonzero(_is_gain(kinds)),
-        *np.flatnonzero(kinds == "angle_deg"),
-    ]
-    return [names[int(index)] for index in order]
-
-
-def _is_gain(kinds: NDArray[np.str_]) -> BoolArray:
-    return np.asarray(np.char.startswith(kinds, "sensitivity"))
-
-
-@dataclass(frozen=True)
-class _Component:
-    """What is known of one component's scatter beside its own runs."""
-
-    family: str
-    """Components of one family have one scatter, each its share of it."""
-    share: float
-    prior_variance: float
-    prior_dof: float
-    stated: FloatArray
-    """(n,) variance by the certificates."""
-
-
-def _known_scatter(
-    population: Population, sensor: str, rows: slice, components: Mapping[str, FloatArray]
-) -> dict[str, _Component]:
-    kinds = np.array(population.kinds)
-    pooled = pooled_scatter(population, leave_out=sensor)
-    stated = population.scatter_rad[rows] ** 2
-    groups = {"gain": _is_gain(kinds), "offset": kinds == "offset_v", "angle": kinds == "angle_deg"}
-    across = _across_variance(population, rows)
-    found = {}
-    for name in components:
-        if name.startswith("table"):
-            found[name] = _Component("tilt", 1.0, 0.0, 0.0, across)
-            continue
-        group = "gain" if "gain" in name or "sensitivity" in name else "offset" if "offset" in name else "angle"
-        columns = groups[group]
-        count = int(columns.sum())
-        share = {"angle": 1.0}.get(group, 1.0 / count if name.startswith("meter") else 1.0 - 1.0 / count)
-        prior = (float(pooled.variance[columns][0]), float(pooled.prior_dof[columns][0])) if count else (0.0, 0.0)
-        mean_stated = stated[:, columns].mean(axis=1) if count else np.zeros(len(stated))
-        found[name] = _Component(group, max(share, 1e-9), *prior, mean_stated * share)
-    return found
-
-
-def _across_variance(population: Population, rows: slice) -> FloatArray:
-    """Return the (n,) variance of a rotation by the certificates: that of directions, over the axes that tell it."""
-    numbers = population.numbers
-    k, covariance = numbers.k[rows], numbers.scatter[rows][..., 1:, 1:]
-    size = np.linalg.norm(k, axis=-1)
-    unit = k / size[..., None]
-    along = np.einsum("nai,naij,naj->na", unit, covariance, unit)
-    across = (np.trace(covariance, axis1=-2, axis2=-1) - along) / (2.0 * size**2)
-    return np.asarray(across.mean(axis=1) / max(k.shape[1] - 1, 1))
-
-
 class _Watched:
     """One component as its runs come in."""
 
-    def __init__(self, values: FloatArray, known: _Component) -> None:
-        self.values, self.known = values, known
-        self.regime = [0]
-        self.squares, self.differences = 0.0, 0
+    def __init__(self, component: Component, years: FloatArray, level: float) -> None:
+        self.component, self.level = component, level
+        values, stated = component.values[:, None], np.sqrt(component.stated)[:, None]
+        self.regime = Regime(values, stated, years, component.prior, step_level=level)
+        self.columns = np.full((5, values.size), np.nan)
+        self.changes: list[_Change] = []
+        self.differences = 0
+        self.ewma, self.weighted = 0.0, 0
+        self.left = self.regime.left
+
+    def prior(self, relatives: "Sequence[_Watched]") -> Scatter:
+        """Return the scatter by other sensors and by the relatives; nothing where its own differs from it."""
+        known, rank = self.component.prior, self.component.family_rank
+        squares, dof = known.prior_dof[0] * known.variance[0], float(known.prior_dof[0])
+        left = [relative.left for relative in relatives]
+        of_relatives = sum(count for _, count in left)
+        if rank > 1 and of_relatives > 0:
+            worth = (rank - 1) * of_relatives / len(left)
+            squares += worth * sum(float(part[0]) for part, _ in left) / of_relatives
+            dof += worth
+        own, own_dof = self.left
+        if dof > 0.0 and own_dof > 0 and squares > 0.0:
+            tail = float(f_tail(own[0] / own_dof / (squares / dof), own_dof, dof))
+            if min(tail, 1.0 - tail) < 0.5 * UNLIKE_LEVEL:
+                squares = dof = 0.0
+        return Scatter(np.array([squares / dof if dof > 0.0 else 0.0]), np.array([dof]), np.array([dof]))
+
+    def judge(self, index: int, prior: Scatter) -> None:
+        """Hold the next run against those before it, then look whether a step further back shows."""
+        self._hold(index, prior)
+        self.left = self.regime.left
+
+    def _hold(self, index: int, prior: Scatter) -> None:
+        own, own_dof = self.left
+        most = np.fmax(prior.variance, own / max(own_dof, 1)) if own_dof > 0 else prior.variance
+        self.regime.prior = replace(prior, variance=most)
+        change = self._outside(index)
+        if change is not None:
+            self._begin_anew([index], change)
+            return
+        self.regime.members.append(index)
+        self.differences += 1
+        self.regime.prior = prior
+        inside = self.regime.step_inside() if self.differences >= LEAST_DIFFERENCES else None
+        if inside is not None:
+            since = self.regime.members[inside[0] :]
+            self._begin_anew(
+                since, _Change(since[0], index, float(self.regime.change_at(inside[0])[0]), self._half(index))
+            )
+
+    def _begin_anew(self, members: list[int], change: "_Change") -> None:
+        self.changes.append(change)
+        self.regime.begin_anew(members)
         self.ewma, self.weighted = 0.0, 0
 
-    def accept(self, index: int, *, begins_anew: bool) -> None:
-        if begins_anew:
-            self.regime, self.ewma, self.weighted = [index], 0.0, 0
-            return
-        self.squares += 0.5 * (self.values[index] - self.values[self.regime[-1]]) ** 2 / self.known.share
-        self.differences += 1
-        self.regime.append(index)
+    def _half(self, index: int) -> float:
+        return float(self.columns[2, index] - self.columns[1, index]) / 2.0
+
+    def _outside(self, index: int) -> "_Change | None":
+        """Chart a run: centre, low, high, weighted mean and what the certificates explain."""
+        members, stated_rad2 = self.regime.members, self.component.stated
+        value, count = float(self.component.values[index]), len(members)
+        centre = float(self.component.values[members].mean())
+        stated = float(stated_rad2[index] + stated_rad2[members].mean() / count)
+        self.columns[[0, 4], index] = centre, float(t_quantile(STATED_LEVEL, np.inf)) * np.sqrt(stated)
+        scatter = self.regime.scatter
+        dof = float(scatter.dof[0])
+        if self.differences + 1 < LEAST_DIFFERENCES or dof < LEAST_DOF:
+            return None
+        spread = 1.0 + 1.0 / count
+        sigma = float(np.sqrt(max(float(scatter.variance[0]), stated / spread, np.finfo(float).tiny)))
+        factor = float(t_quantile(1.0 - self.level, dof))
+        half = factor * sigma * float(np.sqrt(spread))
+        self.ewma = EWMA_WEIGHT * (value - centre) / float(np.sqrt(spread)) + (1.0 - EWMA_WEIGHT) * self.ewma
+        self.weighted += 1
+        of_mean = EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * (1.0 - (1.0 - EWMA_WEIGHT) ** (2 * self.weighted))
+        has_crept = abs(self.ewma) > factor * sigma * float(np.sqrt(of_mean))
+        self.columns[1:4, index] = centre - half, centre + half, centre + self.ewma
+        return _Change(index, index, value - centre, half) if abs(value - centre) > half or has_crept else None
+
+    def chart(self) -> ComponentChart:
+        """Return what was charted, degrees."""
+        centre, low, high, ewma, stated = np.degrees(self.columns)
+        alarms = np.zeros(self.component.values.size, dtype=bool)
+        alarms[[change.at for change in self.changes]] = True
+        values = np.degrees(self.component.values)
+        dof = float(self.regime.scatter.dof[0])
+        return ComponentChart(self.component.name, values, centre, low, high, ewma, alarms, stated, dof)
 
 
-def _charts(
-    components: Mapping[str, FloatArray], known: Mapping[str, _Component], level: float
-) -> tuple[ComponentChart, ...]:
-    """Chart every component, run by run, each family's scatter from all its components."""
-    watched = {name: _Watched(values, known[name]) for name, values in components.items()}
-    size = next(iter(components.values())).size
-    columns = {name: np.full((5, size), np.nan) for name in components}
-    alarms = {name: np.zeros(size, dtype=bool) for name in components}
-    for index in range(1, size):
-        scatters = {sensor.known.family: _family_scatter(watched, sensor.known.family) for sensor in watched.values()}
-        for name, sensor in watched.items():
-            variance, dof = scatters[sensor.known.family]
-            columns[name][:, index], alarms[name][index] = _judged(sensor, index, variance, dof, level)
-        for name, sensor in watched.items():
-            sensor.accept(index, begins_anew=bool(alarms[name][index]))
-    return tuple(
-        _chart(name, values, columns[name], alarms[name])
-        for name, values in components.items()
-    )  # fmt: skip
+@dataclass(frozen=True)
+class _Change:
+    """A component that was not what it was."""
+
+    at: int
+    """The run from which on it is another."""
+    seen: int
+    """The run that told it."""
+    size_rad: float
+    half_rad: float
+    """What a single run may be off by."""
 
 
-def _chart(name: str, values: FloatArray, columns: FloatArray, alarms: BoolArray) -> ComponentChart:
-    centre, low, high, ewma, stated = np.degrees(columns)
-    return ComponentChart(name, np.degrees(values), centre, low, high, ewma, alarms, stated)
-
-
-def _family_scatter(watched: Mapping[str, _Watched], family: str) -> tuple[float, float]:
-    """Return the variance of a whole component of a family between runs, and its degrees of freedom."""
-    relatives = [sensor for sensor in watched.values() if sensor.known.family == family]
-    differences = sum(sensor.differences * min(sensor.known.share, 1.0) for sensor in relatives)
-    if min(sensor.differences for sensor in relatives) < LEAST_DIFFERENCES:
-        return np.nan, 0.0
-    prior, prior_dof = relatives[0].known.prior_variance, relatives[0].known.prior_dof
-    family_dof = DIFFERENCE_EFFICIENCY * differences
-    squares = sum(sensor.squares * sensor.known.share for sensor in relatives) / differences
-    dof = prior_dof + family_dof
-    return (prior_dof * prior + family_dof * squares) / dof, dof
-
-
-def _judged(sensor: _Watched, index: int, variance: float, dof: float, level: float) -> tuple[list[float], bool]:
-    """Return centre, low, high, weighted mean and what the certificates explain, and whether it is an alarm."""
-    centre = float(sensor.values[sensor.regime].mean())
-    count = len(sensor.regime)
-    stated_v = float(sensor.known.stated[index] + sensor.known.stated[sensor.regime].mean() / count)
-    stated = float(t_quantile(STATED_LEVEL, np.inf)) * float(np.sqrt(stated_v))
-    if not dof > 0.0:
-        return [centre, np.nan, np.nan, np.nan, stated], False
-    sigma = float(np.sqrt(max(variance * sensor.known.share * (1.0 + 1.0 / count), stated_v)))
-    half = float(t_quantile(1.0 - level, dof)) * sigma
-    deviation = (float(sensor.values[index]) - centre) / sigma
-    sensor.ewma = EWMA_WEIGHT * _as_normal(deviation, dof) + (1.0 - EWMA_WEIGHT) * sensor.ewma
-    sensor.weighted += 1
-    spread = np.sqrt(EWMA_WEIGHT / (2.0 - EWMA_WEIGHT) * (1.0 - (1.0 - EWMA_WEIGHT) ** (2 * sensor.weighted)))
-    has_crept = abs(sensor.ewma) > float(t_quantile(1.0 - level, np.inf)) * float(spread)
-    is_alarm = abs(deviation) * sigma > half or has_crept
-    return [centre, centre - half, centre + half, centre + sensor.ewma * sigma, stated], bool(is_alarm)
-
-
-def _as_normal(deviation: float, dof: float) -> float:
-    """Return the normal deviate that is as rare as a Student's t of so many degrees of freedom."""
-    tail = 0.5 * float(f_tail(deviation**2, 1.0, dof))
-    return float(np.copysign(-normal_quantile(max(tail, 1e-300)), deviation))
-
-
-def _differences(charts: Sequence[ComponentChart]) -> int:
-    """Return how many differences between runs belong together, of the component that has fewest."""
-    return min((int(chart.value_deg.size - 1 - chart.is_alarm.sum()) for chart in charts), default=0)
+def _watched(components: Sequence[Component], years: FloatArray, level: float) -> list[_Watched]:
+    """Watch every component, run by run."""
+    watched = [_Watched(component, years, level) for component in components]
+    relatives = [
+        [other for other in watched if other is not sensor and other.component.family == sensor.component.family]
+        for sensor in watched
+    ]
+    for index in range(1, years.size):
+        priors = [sensor.prior(others) for sensor, others in zip(watched, relatives, strict=True)]
+        for sensor, prior in zip(watched, priors, strict=True):
+            sensor.judge(index, prior)
+    return watched
 
 
 def _findings(
-    population: Population, labels: Sequence[PointLabel], charts: Sequence[ComponentChart]
+    population: Population, labels: Sequence[PointLabel], watched: Sequence[_Watched]
 ) -> Iterator[CheckFinding]:
-    for index, label in enumerate(labels):
-        for chart in charts:
-            if chart.is_alarm[index]:
-                change = float(chart.value_deg[index] - chart.centre_deg[index])
-                spread = float(chart.high_deg[index] - chart.low_deg[index]) / 2.0
-                yield _explained(population, label, chart.name, change, spread)
+    changes = [(change, component.component.name) for component in watched for change in component.changes]
+    for change, name in sorted(changes, key=lambda pair: pair[0].seen):
+        yield _explained(population, labels, name, change)
 
 
-def _explained(population: Population, at: PointLabel, component: str, change: float, spread: float) -> CheckFinding:
-    when = f"{at.sensor} at {at.created_utc:%Y-%m-%d}: {component} {change:+.4f}°"
+def _explained(population: Population, labels: Sequence[PointLabel], component: str, changed: _Change) -> CheckFinding:
+    at, seen = labels[changed.at], labels[changed.seen]
+    change, spread = float(np.degrees(changed.size_rad)), float(np.degrees(changed.half_rad))
+    later = "" if seen == at else f" (seen at {seen.created_utc:%Y-%m-%d})"
+    when = f"{at.sensor} at {at.created_utc:%Y-%m-%d}: {component} {change:+.4f}°{later}"
     if component.startswith("table"):
         blamed = "table", f"{when}: the table or its base turned, or the check sensor moved on its mount"
     elif component.startswith("sensor"):
@@ -336,8 +310,7 @@ def _witnesses_deg(population: Population, at: PointLabel, component: str) -> Fl
 
     It is the change since the sensor's own last calibration.
     """
-    kinds = np.array(population.kinds)
-    columns = _is_gain(kinds) if component == METER_GAIN else kinds == "offset_v"
+    columns = is_gain(population) if component == METER_GAIN else is_offset(population)
     rows = [
         index
         for index, label in enumerate(population.labels)

@@ -63,6 +63,8 @@ class Regime:
     """(n, p) what each calibration's own uncertainty lets it scatter."""
     years: FloatArray
     prior: Scatter
+    step_level: float = 0.5 * STEP_LEVEL
+    """Chance of any false step further back, over all characteristics and places."""
     members: list[int] = field(default_factory=lambda: [0])
     _closed_squares: FloatArray = field(init=False)
     """(p,) what regimes before left about their lines."""
@@ -76,6 +78,12 @@ class Regime:
         """The scatter about straight lines, of the kind and of the sensor's own, in all its regimes."""
         line = self._line
         return self._weighed(line.squares, line.dof)
+
+    @property
+    def left(self) -> tuple[FloatArray, int]:
+        """The (p,) squares that the sensor's own calibrations leave about their lines, and the degrees of freedom."""
+        line = self._line
+        return self._closed_squares + line.squares, self._closed_dof + line.dof
 
     @property
     def slopes(self) -> tuple[FloatArray, FloatArray]:
@@ -135,7 +143,7 @@ class Regime:
         explained = np.cumsum(centred, axis=0)[:-1] ** 2 * count / (cuts * (count - cuts))
         left = np.maximum((centred**2).sum(axis=0) - explained, 0.0)
         scatter = self._weighed(left, count - 2)
-        limit = t_quantile(1.0 - 0.5 * STEP_LEVEL / (width * (count - 1)), scatter.dof)
+        limit = t_quantile(1.0 - self.step_level / (width * (count - 1)), scatter.dof)
         seen = (scatter.dof >= LEAST_DOF) & (explained > limit**2 * scatter.variance) & (left < self._line.squares)
         if not seen.any():
             return None
@@ -150,8 +158,7 @@ class Regime:
     def begin_anew(self, members: list[int]) -> None:
         """Go on with these after a step; those before them remain in the scatter."""
         self.members = [index for index in self.members if index not in members]
-        line = self._line
-        self._closed_squares, self._closed_dof = self._closed_squares + line.squares, self._closed_dof + line.dof
+        self._closed_squares, self._closed_dof = self.left
         self.members = members
 
     @property

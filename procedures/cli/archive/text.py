@@ -259,5 +259,10 @@ def _check_lines(check: CheckHistory) -> Iterator[str]:
         yield f"check sensor: cannot judge yet ({known} differences between runs); by the certificates' uncertainties:"
         yield from (f"  {text}" for text in check.unexplained or ("nothing changed that they do not explain",))
     elif not check.findings:
-        yield "check sensor: table, meter and the sensor itself stayed as they were"
+        unseen = ", ".join(f"{size:.4f}° of the {whose}" for whose, size in check.unseen_deg.items())
+        yield (
+            "check sensor: nothing was found of table, meter and the sensor itself; a run that is off by less than "
+            f"{unseen} would not be seen at once"
+        )
+        yield from (f"  more than the certificates explain: {text}" for text in check.unexplained)
     yield from (f"check sensor: {finding.cause}: {finding.sentence}" for finding in check.findings)
