@@ -348,8 +348,8 @@ def _next_signature(connection: Connection) -> int:
 
 def _insert(connection: Connection, sha256: str, signature: Signature, kind: str, identified_by: str) -> None:
     sequence = _next_signature(connection)
-    told = {name: value for name, value in vars(signature).items() if name != "function"}
-    written = [Written(SIGNATURES, [{"sequence": sequence, "sha256": sha256, **told}])]
+    columns = {name: value for name, value in vars(signature).items() if name != "function"}
+    written = [Written(SIGNATURES, [{"sequence": sequence, "sha256": sha256, **columns}])]
     if signature.function:
         written.append(Written(FUNCTIONS, [{"sequence": sequence, "function": signature.function}]))
     detail = {"by": signature.name} | ({"identified_by": identified_by} if identified_by else {})

@@ -169,9 +169,9 @@ class _Watched:
             worth = (rank - 1) * of_relatives / len(left)
             squares += worth * sum(float(part[0]) for part, _ in left) / of_relatives
             dof += worth
-        own, own_dof = self.left
-        if dof > 0.0 and own_dof > 0 and squares > 0.0:
-            tail = float(f_tail(own[0] / own_dof / (squares / dof), own_dof, dof))
+        squares_left, left_dof = self.left
+        if dof > 0.0 and left_dof > 0 and squares > 0.0:
+            tail = float(f_tail(squares_left[0] / left_dof / (squares / dof), left_dof, dof))
             if min(tail, 1.0 - tail) < 0.5 * UNLIKE_LEVEL:
                 squares = dof = 0.0
         return Scatter(np.array([squares / dof if dof > 0.0 else 0.0]), np.array([dof]), np.array([dof]))
@@ -182,8 +182,8 @@ class _Watched:
         self.left = self.regime.left
 
     def _hold(self, index: int, prior: Scatter) -> None:
-        own, own_dof = self.left
-        most = np.fmax(prior.variance, own / max(own_dof, 1)) if own_dof > 0 else prior.variance
+        squares_left, left_dof = self.left
+        most = np.fmax(prior.variance, squares_left / max(left_dof, 1)) if left_dof > 0 else prior.variance
         self.regime.prior = replace(prior, variance=most)
         change = self._outside(index)
         if change is not None:

@@ -288,7 +288,7 @@ class Solve(StrictTable):
         return self
 
     @model_validator(mode="after")
-    def _a_sensor_has_one_reference(self) -> Self:
+    def _axes_agree_in_the_reference(self) -> Self:
         if self.reference_temperature_degc is not None and self.temperature != "estimate":
             raise ValueError(
                 f'reference_temperature_degc belongs to temperature = "estimate", not to "{self.temperature}"; known '
