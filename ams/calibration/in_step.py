@@ -18,25 +18,26 @@ import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import spanned
-from ams.analysis.diagnostics.sensed_force import along_force, attitude_of_points, is_rolled
-from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_of_accelerometer
+from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer
 from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray
 from ams.calibration.errors_of_table import directions_of, errors_of_table
 from ams.calibration.in_step_between import judge_between
 from ams.calibration.in_step_found import TILTS, WAVES, InStep, Way, waves_at, waves_of
-from ams.frames import AXES, Attitude
-from ams.models.pitch_yaw_roll import PitchYawRoll
+from ams.calibration.shown_outputs import (
+    MAY_SHOW,
+    OutputSeen,
+    ShownOutput,
+    attitude_where_read,
+    rolled_base,
+    shown_output,
+)
+from ams.frames import AXES
 from ams.remembered import remembered
-from ams.solve.extension import blocks_of_angles
 from ams.statistics.distributions import f_tail
 
 _FEWEST: Final = 2
 """Outputs: of one alone, index errors and terms have all of it."""
-_LEAST_DOF: Final = 30
-"""Of fewer the weights of the outputs are too little known."""
-_MAY_SHOW: Final = 4.0
-"""Times the level: by nominal axes and equal weights it is seen a little less, or a little more."""
 _SEEN: Final = 0.01
 """Of the square of a wave: of which less is left beside all else, is a part of that."""
 _GROUPS: Final[tuple[tuple[Way, int], ...]] = tuple(
@@ -46,8 +47,6 @@ _OF_METER: Final = slice(0, 2 * WAVES)
 _OF_BASE: Final = slice(2 * WAVES, 6 * WAVES)
 _OF_TABLE: Final = slice(6 * WAVES, None)
 """Among the columns of an output."""
-OutputSeen = tuple[Evidence, int]
-"""What the tests look at, and which output of it."""
 
 
 class _Design(NamedTuple):
@@ -59,23 +58,6 @@ class _Design(NamedTuple):
     """(K, 6) what that leaves of the waves."""
     shared: FloatArray
     """(K, 3, c) what it leaves of the tilts and of the table, by the force."""
-
-
-class _Shown(NamedTuple):
-    """Of one output."""
-
-    axis: str
-    design: _Design
-    k: FloatArray
-    """(3,) per g."""
-    left: FloatArray
-    """(K,) of its means, over its sensitivity."""
-    dof: float
-
-    @property
-    def per_g(self) -> float:
-        """Its sensitivity."""
-        return float(np.linalg.norm(self.k))
 
 
 class _Directions(NamedTuple):
@@ -101,7 +83,7 @@ def judge_in_step(outputs: Sequence[OutputSeen], level: float) -> InStep | None:
     dof = sum(output.dof for output in shown)
     nominal = _nominal(tuple(output.axis for output in shown), *_parts(shown))
     alike = np.concatenate([output.left for output in shown])
-    if not np.min(_chances(nominal, alike, dof)) * len(_GROUPS) <= _MAY_SHOW * level:
+    if not np.min(_chances(nominal, alike, dof)) * len(_GROUPS) <= MAY_SHOW * level:
         return None
     columns = np.stack([_columns(output.design, output.k / output.per_g, output.per_g) for output in shown])
     scale = np.array([(output.left @ output.left / output.dof) ** -0.5 for output in shown])
@@ -117,7 +99,7 @@ def judge_in_step(outputs: Sequence[OutputSeen], level: float) -> InStep | None:
 
 
 def _estimated(
-    shown: Sequence[_Shown],
+    shown: Sequence[ShownOutput[_Design]],
     columns: FloatArray,
     scale: FloatArray,
     way: Way,
@@ -142,23 +124,16 @@ def _estimated(
     return InStep(way, waves, sizes, axes, float(np.linalg.norm(along * of_pairs[largest])), dof, p_value)
 
 
-def _shown(evidence: Evidence, output: int) -> _Shown | None:
+def _shown(evidence: Evidence, output: int) -> ShownOutput[_Design] | None:
     """Return what one output shows; None of one that tells nothing of it."""
-    base, rows, layout = accelerometer_base(evidence.models[output]), evidence.rows, evidence.layout
-    if base is None or not is_rolled(base) or not evidence.precision_variance[output] > 0.0:
+    base = rolled_base(evidence, output)
+    if base is None:
         return None
-    alike = None if isinstance(base, PitchYawRoll) else blocks_of_angles(rows, layout)
-    stood = attitude_of_points(base, rows, layout) if alike is None else Attitude(*alike)
-    waves = means_of_points(layout, waves_of(evidence.time_order, layout))
+    stood = attitude_where_read(evidence, base)
+    waves = means_of_points(evidence.layout, waves_of(evidence.time_order, evidence.layout))
     terms = terms_of_accelerometer(evidence, base)
     design = _design(stood.pitch_rad, stood.roll_rad, stood.yaw_rad, evidence.basis, terms, waves)
-    dof = layout.points - design.q.shape[1]
-    if dof < _LEAST_DOF:
-        return None
-    k = along_force(base, evidence.primary[output])
-    means = evidence.point_effects[:, output] / np.linalg.norm(k)
-    left = means - design.q @ (design.q.T @ means)
-    return _Shown(base.nominal_axis, design, k, left, float(dof)) if left.any() else None
+    return shown_output(evidence, output, base, design, design.q)
 
 
 @remembered(16)
@@ -177,7 +152,7 @@ def _design(
     return _Design(q, waves - q @ (q.T @ waves), (flat - q @ (q.T @ flat)).reshape(shared.shape))
 
 
-def _parts(shown: Sequence[_Shown]) -> Iterator[FloatArray]:
+def _parts(shown: Sequence[ShownOutput[_Design]]) -> Iterator[FloatArray]:
     for output in shown:
         yield output.design.waves
         yield output.design.shared

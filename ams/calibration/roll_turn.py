@@ -20,25 +20,28 @@ import numpy as np
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.order_columns import left_by_order
 from ams.analysis.diagnostics.point_means import spanned
-from ams.analysis.diagnostics.sensed_force import along_force, attitude_of_points, is_rolled, turned_by
+from ams.analysis.diagnostics.sensed_force import turned_by
 from ams.analysis.diagnostics.step_patterns import force
-from ams.analysis.diagnostics.tested_terms import accelerometer_base, terms_of_accelerometer
+from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer
 from ams.arrays import FloatArray
 from ams.calibration.errors_of_table import NOTHING, SQUARENESS_AND_TILT, directions_of, errors_of_table
 from ams.calibration.roll_turn_found import RollTurn, turned_with_roll
+from ams.calibration.shown_outputs import (
+    LEAST_DOF,
+    MAY_SHOW,
+    OutputSeen,
+    ShownOutput,
+    attitude_where_read,
+    rolled_base,
+    shown_output,
+)
 from ams.calibration.table_limit import of_higher_order
-from ams.frames import AXES, Attitude
-from ams.models.pitch_yaw_roll import PitchYawRoll
+from ams.frames import AXES
 from ams.remembered import remembered
-from ams.solve.extension import blocks_of_angles
 from ams.statistics.distributions import f_tail
 
 _FEWEST: Final = 2
 """Outputs."""
-_LEAST_DOF: Final = 30
-"""Of fewer the weights of the outputs are too little known: of 13 a level of 5 % rings in 12 %."""
-_MAY_SHOW: Final = 4.0
-"""Times the level: by nominal axes and equal weights it is seen a little less, or a little more."""
 _OTHERS_SHOW: Final = 0.05
 """Chance of as much without the output that shows it most."""
 _PASSES: Final = 3
@@ -48,8 +51,6 @@ _OF_SQUARENESS: Final = slice(3, 3 + SQUARENESS_AND_TILT)
 _OF_TABLE: Final = slice(3, None)
 _OF_NOTHING: Final = slice(3, 3)
 """Among the columns that all outputs share: squareness and tilt, and all of the table, its index errors too."""
-OutputSeen = tuple[Evidence, int]
-"""What the tests look at, and which output of it."""
 
 
 class _Design(NamedTuple):
@@ -61,35 +62,13 @@ class _Design(NamedTuple):
     """(K, 3, c) what that leaves of all outputs' columns, by the force."""
 
 
-class _Shown(NamedTuple):
-    """Of one output."""
-
-    axis: str
-    design: _Design
-    k: FloatArray
-    """(3,) per g."""
-    left: FloatArray
-    """(K,) of its means, over its sensitivity."""
-    dof: float
-
-    @property
-    def columns(self) -> FloatArray:
-        """(K, c) what all outputs share as this one senses it."""
-        return np.asarray(self.design.shared.transpose(0, 2, 1) @ (self.k / np.linalg.norm(self.k)))
-
-    @property
-    def variance(self) -> float:
-        """Of a mean."""
-        return float(self.left @ self.left) / self.dof
-
-
 def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | None:
     """Return the rotation that goes with roll, where the outputs show it together at a ``level``; None: they do not."""
     each = (_shown(evidence, index) for evidence, index in outputs)
     shown = [output for output in each if output is not None]
-    if not _have_room(shown) or not _may_show(shown, _MAY_SHOW * level):
+    if not _have_room(shown) or not _may_show(shown, MAY_SHOW * level):
         return None
-    columns = np.stack([output.columns for output in shown])
+    columns = np.stack([_columns(output) for output in shown])
     square, along, dof = _beside(shown, columns, _OF_TABLE)
     explained, seen = _explained(square.sum(axis=0), along.sum(axis=0))
     p_value = float(f_tail(explained / max(seen, 1), float(max(seen, 1)), dof))
@@ -101,14 +80,14 @@ def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | N
     return RollTurn(turn_rad, covariance, dof, p_value, len(outputs), _lone_axis(shown, columns, turn_rad))
 
 
-def _have_room(shown: Sequence[_Shown]) -> bool:
+def _have_room(shown: Sequence[ShownOutput[_Design]]) -> bool:
     """Return whether two outputs or more of the same points leave degrees of freedom beside all that they share."""
     if len(shown) < _FEWEST or len({output.left.size for output in shown}) > 1:
         return False
-    return bool(sum(output.dof for output in shown) >= shown[0].design.shared.shape[2] + _LEAST_DOF)
+    return bool(sum(output.dof for output in shown) >= shown[0].design.shared.shape[2] + LEAST_DOF)
 
 
-def _lone_axis(shown: Sequence[_Shown], columns: FloatArray, turn_rad: FloatArray) -> str:
+def _lone_axis(shown: Sequence[ShownOutput[_Design]], columns: FloatArray, turn_rad: FloatArray) -> str:
     """Return the nominal axis of the output without which the others do not show a turn; empty: they do.
 
     Each beside its own terms: what the others say against errors of the table is nothing that they show.
@@ -121,22 +100,19 @@ def _lone_axis(shown: Sequence[_Shown], columns: FloatArray, turn_rad: FloatArra
     return "" if is_shown else shown[most].axis
 
 
-def _shown(evidence: Evidence, output: int) -> _Shown | None:
+def _shown(evidence: Evidence, output: int) -> ShownOutput[_Design] | None:
     """Return what one output shows; None of one that tells nothing of it."""
-    base, rows, layout = accelerometer_base(evidence.models[output]), evidence.rows, evidence.layout
-    if base is None or not is_rolled(base) or not evidence.precision_variance[output] > 0.0:
+    base = rolled_base(evidence, output)
+    if base is None:
         return None
-    terms, in_order = terms_of_accelerometer(evidence, base), left_by_order(evidence, base, layout.points)
-    alike = None if isinstance(base, PitchYawRoll) else blocks_of_angles(rows, layout)
-    stood = attitude_of_points(base, rows, layout) if alike is None else Attitude(*alike)
-    design = _design(*turned_by(base, stood), evidence.basis, terms, in_order)
-    dof = layout.points - design.q.shape[1]
-    if dof < _LEAST_DOF:
-        return None
-    k = along_force(base, evidence.primary[output])
-    means = evidence.point_effects[:, output] / np.linalg.norm(k)
-    left = means - design.q @ (design.q.T @ means)
-    return _Shown(base.nominal_axis, design, k, left, float(dof)) if left.any() else None
+    terms, in_order = terms_of_accelerometer(evidence, base), left_by_order(evidence, base, evidence.layout.points)
+    design = _design(*turned_by(base, attitude_where_read(evidence, base)), evidence.basis, terms, in_order)
+    return shown_output(evidence, output, base, design, design.q)
+
+
+def _columns(output: ShownOutput[_Design]) -> FloatArray:
+    """Return (K, c) what all outputs share as this one senses it."""
+    return np.asarray(output.design.shared.transpose(0, 2, 1) @ (output.k / output.per_g))
 
 
 @remembered(16)
@@ -155,7 +131,7 @@ def _design(
     return _Design(q, (flat - q @ (q.T @ flat)).reshape(whole.shape))
 
 
-def _may_show(shown: Sequence[_Shown], level: float) -> bool:
+def _may_show(shown: Sequence[ShownOutput[_Design]], level: float) -> bool:
     """Return whether the outputs may show it at a level: each by its nominal axis, all of one weight."""
     axes = tuple(output.axis for output in shown)
     kept, square = _nominal(axes, *(output.design.shared for output in shown))
@@ -183,7 +159,9 @@ def _left_of_turn(columns: FloatArray, beside: slice) -> tuple[FloatArray, Float
     return left.reshape(*columns.shape[:2], 3), spans
 
 
-def _beside(shown: Sequence[_Shown], columns: FloatArray, beside: slice) -> tuple[FloatArray, FloatArray, float]:
+def _beside(
+    shown: Sequence[ShownOutput[_Design]], columns: FloatArray, beside: slice
+) -> tuple[FloatArray, FloatArray, float]:
     """Return (s, 3, 3) squares and (s, 3) products of the turn over the variances, beside columns that all share.
 
     With the degrees of freedom of the variances: what an output scatters by is known once the turn is taken from it.

@@ -122,21 +122,6 @@ def shared_columns(
     }
 
 
-def reaches(error: SharedError, model: Model) -> bool:
-    """Return whether the model has anything for the error to act on."""
-    if error.effect in LEVELS:
-        return _slope_of(model) is not None
-    if error.effect in ("rotation", "rate", *OF_THE_SPIN):
-        return any(name.endswith("_v_per_dps") for name in model.primary_names)
-    if error.effect == "specific-force":
-        return bool(_senses_rates(model))
-    if error.effect == "temperature":
-        return TEMPERATURE_NAMES[0] in model.primary_names
-    return error.effect in ("reading", "gain", "departure", *COURSES) or any(
-        name.endswith("_v_per_g") for name in model.primary_names
-    )
-
-
 def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
     if error.effect in LEVELS:
         slope = _slope_of(model)

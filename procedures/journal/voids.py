@@ -52,11 +52,6 @@ def keys_in(event: Event) -> list[Key]:
     return [(int(step), int(attempt), int(epoch)) for step, attempt, epoch in rows]
 
 
-def mountings(events: Iterable[Event]) -> int:
-    """Return 1 and one more for every time the package was moved."""
-    return 1 + sum(bool(event.detail.get("remounted")) for event in events if event.kind == KIND)
-
-
 def _by(event: Event) -> str:
     by = event.detail.get("by")
     return f" by {by}" if by else ""

@@ -7,9 +7,8 @@ the plan of the journal and never make it again.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -170,9 +169,3 @@ def _other_version(found: object, source: str) -> PlanError:
 def _adapter() -> TypeAdapter[Plan]:
     """Reader and writer of the plan's JSON. Building it takes longer than reading a plan, so it is built once."""
     return TypeAdapter(Plan)
-
-
-def summary(plan: Plan) -> dict[str, Any]:
-    """Return the plan without its steps, for screens and logs."""
-    document = json.loads(plan.to_json())
-    return {item.name: document[item.name] for item in fields(plan) if item.name not in ("steps", "design")}

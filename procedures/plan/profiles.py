@@ -19,13 +19,6 @@ def top_rate_dps(motion: Follow, axis: str) -> float:
     return span_deg / motion.seconds if motion.shape == "ramp" else span_deg * 2.0 * pi * motion.frequency_hz[axis]
 
 
-def acceleration_dps2(motion: Follow, axis: str) -> float:
-    """Return the largest acceleration on the way, without the start: 0 of a ramp."""
-    if motion.shape == "ramp":
-        return 0.0
-    return abs(motion.span_deg[axis]) * (2.0 * pi * motion.frequency_hz[axis]) ** 2
-
-
 def range_deg(motion: Follow, axis: str) -> tuple[float, float]:
     """Return the lowest and highest angle from the start."""
     angles_deg = [profile_deg(motion, axis, motion.seconds * part / 1000.0) for part in range(1001)]

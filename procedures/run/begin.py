@@ -1,7 +1,6 @@
 """Begin a new run: its folder gets an owner, a journal and the plan as a file, then the engine works."""
 
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 from ams.errors import WriteFailed
@@ -21,11 +20,9 @@ from procedures.run.readiness import readiness
 from procedures.run.services import RunServices, with_run_limits
 from procedures.run.unbegun import telling_where_nothing_is_stored
 from procedures.run.watch.disk_space import require_room
-from rig.assembly.open_rig import open_rig
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.description.read import rig_from_json
-from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
 
 
@@ -69,13 +66,3 @@ def _write_plan(run_dir: Path, header: RunHeader) -> None:
         write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
     except WriteFailed as error:
         raise StorageFailed(f"{error}; nothing moved; then calrig resume {run_dir}") from error
-
-
-def rehearse(
-    run_dir: Path, header: RunHeader, plan: Plan, description: RigDescription, observer: RunObserver | None = None
-) -> Outcome:
-    """Run the same on twins of that very rig, in virtual time. Raises as :func:`begin`, and DescriptionError."""
-    twins = description.all_on_twins()
-    rehearsed = replace(header, is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
-    with open_rig(twins, purpose="rehearsal") as rig:
-        return begin(run_dir, rehearsed, plan, rig, observer)

@@ -101,12 +101,6 @@ def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
     return _holder(path) if path.exists() else None
 
 
-def owners(*, folder: Path | None = None) -> list[LockOwner]:
-    """Return everybody who holds something now."""
-    found = (_holder(path) for path in sorted((folder or lock_folder()).glob("*.lock")))
-    return [owner for owner in found if owner is not None]
-
-
 def lock_folder() -> Path:
     """Return the one folder for all accounts. Raises: RigBusy where there is none."""
     try:

@@ -22,9 +22,6 @@ OVERLOAD_V = 1.0e38
 NO_ERROR = b'0,"NO ERROR"'
 DC_VOLTS, AC_VOLTS, OHMS = 1, 2, 4
 """Of ``FUNC?``."""
-
-DCV_RANGES_V = ((0.12, 0.1), (1.2, 1.0), (12.0, 10.0), (120.0, 100.0), (1000.0, 1000.0))
-"""Largest expected input to the range that ``DCV`` then takes, volts."""
 FULL_SCALE_V: Mapping[float, float] = {0.1: 0.12, 1.0: 1.2, 10.0: 12.0, 100.0: 120.0, 1000.0: 1050.0}
 
 
@@ -92,14 +89,6 @@ READING_CHARACTERS = range(14, 19)
 _NUMBER = re.compile(rb" *[+-]?(?:\d{1,12}(?:\.\d{0,16})?|\.\d{1,16})(?:E[+-]?\d{1,2})?", re.IGNORECASE)
 """Settings come without a zero before the point: ``FUNC?`` on the 0.1 V range is ``1, .1``."""
 _ERROR_STRING = re.compile(rb' *(\d{1,3}) *, *"([^"]*)"')
-
-
-def range_for(max_input_v: float) -> float:
-    """Return the fixed range, volts, that ``DCV max_input_v`` selects. Raises: ValueError above 1000 V."""
-    for largest_v, range_v in DCV_RANGES_V:
-        if abs(max_input_v) <= largest_v:
-            return range_v
-    raise ValueError(f"no DCV range for {max_input_v:g} V (allowed: up to 1000 V)")
 
 
 def parse_number(line: bytes) -> float:

@@ -90,10 +90,6 @@ def message(payload: bytes) -> bytes:
     return b"$%s*%02X\r\n" % (payload, checksum(payload))
 
 
-def write_register(register: int, value: int) -> bytes:
-    return message(b"VNWRG,%d,%d" % (register, value))
-
-
 def parse_message(line: bytes, *, accept_bypass: bool = False) -> list[str]:
     """Return the comma separated parts of a line whose checksum holds, the name first.
 

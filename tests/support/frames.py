@@ -298,7 +298,6 @@ ENCODED = (
     Encoded("scpi.format_error", scpi.format_error(0, "No error"), b'+0,"No error"', DAQ),
     Encoded("scpi.format_reading", scpi.format_reading(26.192), b"+2.61920000E+01", DAQ),
     Encoded("vn100.message", vn100.message(b"VNASY,0"), b"$VNASY,0*4F\r\n", VN),
-    Encoded("vn100.write_register", vn100.write_register(6, 0), b"$VNWRG,6,0*5C\r\n", VN),
     Encoded("vn100.format_row", vn100.format_row("YMR", tuple(YMR_VALUES)), YMR, VN),
     Encoded("zaber.checksum", zaber.checksum(b"1 0 00 get pos"), b"2D", ZABER),
     Encoded("zaber.encode_command", zaber.encode_command(Command(1, 1, "move abs 5000", 1)),

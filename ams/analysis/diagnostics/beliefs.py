@@ -81,6 +81,13 @@ COLUMNS: Final = (
 )
 RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 """Of the recorded temperature, alike in every replication."""
+TESTS: Final = (
+    *(WRONG_DWELL, LACK_OF_FIT, OVER_TIME, AUTOCORRELATION, ROBUST, UNEVEN, TURNED_FROM, TABLE_LIMIT, BY_REPLICATION),
+    *(LAG, CURVATURE, TERMS_OVER_TEMPERATURE, AXIS_OVER_TEMPERATURE, ROLL_TURN, IN_STEP, SLIP, STEP),
+    *BACKLASH.values(),
+    *(column.name for column in COLUMNS),
+)
+"""Every test of an axis by name, but for those of a drift of each quantity. What is not here has no words."""
 OF_THE_ORDER: Final = (*HELD_ACROSS, AFTER_MOVES)
 """What an order that is always the same leaves at the points, beside a memory along the axis and the settling."""
 LIKE_A_MEMORY: Final = frozenset({AUTOCORRELATION, TURNED_FROM, *(column.name for column in COLUMNS)})

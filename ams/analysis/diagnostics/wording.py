@@ -19,9 +19,9 @@ from ams.analysis.diagnostics.residual_words import robust_size
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.findings import EXPLAINED_BY, Finding, Said
 
-_DIAGNOSED: Final = frozenset({SLIP, STEP, ROLL_TURN, IN_STEP, *BACKLASH.values()})
+DIAGNOSED: Final = frozenset({SLIP, STEP, ROLL_TURN, IN_STEP, *BACKLASH.values()})
 _TOGETHER: Final = "told by the axes of the package together"
-_WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
+WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""
 
 
@@ -35,7 +35,7 @@ def findings_of(tests: AxisTests, words: AxisWords, worded: Mapping[str, Finding
     return tuple(
         worded[name] if name in worded else _finding(test, words, is_significant=is_significant)
         for name, test, is_significant in tested
-        if name in worded or not (is_significant and name in _DIAGNOSED)
+        if name in worded or not (is_significant and name in DIAGNOSED)
     )
 
 
@@ -56,7 +56,7 @@ def _finding(test: BeliefTest, words: AxisWords, *, is_significant: bool) -> Fin
 
 
 def _significant(test: BeliefTest, words: AxisWords) -> Said:
-    say = order_words.drift_of_quantity if test.name.startswith(DRIFT_OF) else _WORDS[test.name]
+    say = order_words.drift_of_quantity if test.name.startswith(DRIFT_OF) else WORDS[test.name]
     said = say(test, words)
     return said._replace(fact=f"{said.fact}; {_TOGETHER}: {test.in_package}") if test.in_package else said
 

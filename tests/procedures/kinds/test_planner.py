@@ -9,7 +9,7 @@ from planning_files import AIR, procedure_file, rig_file
 
 from procedures.errors import PlanError
 from procedures.kinds.planner import make_plan
-from procedures.plan.plan import Plan, summary
+from procedures.plan.plan import Plan
 from procedures.plan.step_times import axis_move_s
 from procedures.plan.steps import Dwell, Soak
 
@@ -135,11 +135,6 @@ def test_a_plan_of_another_version_is_refused(tmp_path):
 def test_what_is_no_plan_is_refused(text):
     with pytest.raises(PlanError, match=r"plan\.json: "):
         Plan.from_json(text, "plan.json")
-
-
-def test_a_summary_has_everything_but_steps_and_points(tmp_path):
-    assert {"title", "axes", "channels", "expected"} <= set(summary(plan_of(tmp_path)))
-    assert "steps" not in summary(plan_of(tmp_path))
 
 
 def test_an_order_of_chance_is_drawn_once_and_kept(tmp_path):

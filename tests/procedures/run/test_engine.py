@@ -20,7 +20,7 @@ from procedures.journal.status import status
 from procedures.records.dwells import Event
 from procedures.records.progress import Progress
 from procedures.records.states import State
-from procedures.run.begin import begin, rehearse
+from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from rig.assembly.open_rig import open_rig
 from rig.devices.abilities import AxisState, Burst
@@ -165,7 +165,10 @@ def test_two_runs_of_one_seed_are_the_same_numbers(small: Bench, clean: Path) ->
 def test_a_rehearsal_is_the_same_run_on_twins_and_says_so(small: Bench, clean: Path) -> None:
     run_dir = small.folder / "rehearsal"
     run_dir.mkdir()
-    assert rehearse(run_dir, small.header(run_dir), small.plan, small.rig).state is State.FINISHED
+    twins = small.rig.all_on_twins()
+    header = replace(small.header(run_dir), is_simulated=True, is_rehearsal=True, rig_json=twins.model_dump_json())
+    with open_rig(twins, purpose="rehearsal") as rig:
+        assert begin(run_dir, header, small.plan, rig).state is State.FINISHED
     with JournalReader.open(run_dir) as reader:
         assert reader.header.is_rehearsal
         assert reader.header.is_simulated

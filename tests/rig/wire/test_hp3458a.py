@@ -93,23 +93,6 @@ def test_mathematics_are_told_by_one_number_or_two() -> None:
             wire.parse_operations(line)
 
 
-def test_ranges_follow_the_guide_s_table() -> None:
-    # 3458A user's guide, DCV: largest expected input 0.12, 1.2, 12, 120 and 1000 V.
-    request = (0.1, 0.12, 0.13, 1.2, 1.3, 12.0, 12.1, 120.0, 121.0, 1000.0)
-    assert [wire.range_for(value) for value in request] == [
-        0.1,
-        0.1,
-        1.0,
-        1.0,
-        10.0,
-        10.0,
-        100.0,
-        100.0,
-        1000.0,
-        1000.0,
-    ]
-
-
 def test_the_status_byte_is_that_of_the_guide() -> None:
     # 3458A user's guide, STB?: bit 7 data available, bit 4 ready, bit 5 error, bit 3 power-on.
     status = wire.Status

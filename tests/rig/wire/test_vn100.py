@@ -50,8 +50,8 @@ def test_two_published_lines_are_wrong_and_refused(line: bytes) -> None:
 
 def test_commands_are_these_bytes() -> None:
     assert wire.message(b"VNRRG,1") == b"$VNRRG,1*42\r\n"
-    assert wire.write_register(wire.OUTPUT, wire.OFF) == b"$VNWRG,6,0*5C\r\n"
-    assert wire.write_register(wire.BAUD_RATE, 115200) == b"$VNWRG,5,115200*68\r\n"
+    assert wire.message(b"VNWRG,%d,%d" % (wire.OUTPUT, wire.OFF)) == b"$VNWRG,6,0*5C\r\n"
+    assert wire.message(b"VNWRG,%d,115200" % wire.BAUD_RATE) == b"$VNWRG,5,115200*68\r\n"
     assert wire.message(wire.PAUSE) == b"$VNASY,0*4F\r\n"
 
 
