@@ -8,6 +8,7 @@ from rig.description.motion_limits import impossible_motion
 from rig.description.plausible_limits import implausible_limits, implausible_temperatures
 from rig.description.ports import unusable_ports
 from rig.description.rig_file import RigDescription
+from rig.description.supply_bands import contradicting_supplies
 from rig.errors import RequestRefused
 from rig.link.gpib import parse_resource, port_of
 from rig.toml_file import TomlFile
@@ -40,6 +41,7 @@ def complaints_about_references(file: TomlFile, rig: RigDescription) -> Iterable
     yield from _ranges_too_small(file, rig)
     yield from _unknown_interlocks(file, rig, voltages)
     yield from _supplies_outside_interlocks(file, rig)
+    yield from contradicting_supplies(file, rig)
     yield from _rejections_never_counted(file, rig)
     yield from _unknown_standards(file, rig)
     yield from better_than_certified(file, rig)

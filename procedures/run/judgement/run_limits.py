@@ -7,6 +7,7 @@ from procedures.records.declared_supply import correcting
 from procedures.run.judgement.interlocks import Interlock
 from rig.description.rig_file import RigDescription
 from rig.description.signal_chain import Chain
+from rig.description.supply_bands import supply_bands
 
 LEAST_FREE_MB = 64.0
 LINK_ERROR_RATE = 0.02
@@ -67,16 +68,13 @@ def run_limits_of(rig: RigDescription) -> RunLimits:
 
 
 def _supplies(rig: RigDescription) -> tuple[tuple[str, Interlock], ...]:
-    """Return an interlock for every supply with a declared band, unless an interlock of the rig file says how."""
-    found: dict[str, tuple[str, Chain]] = {
-        chain.supply_channel: (channel, chain)
-        for channel, chain in rig.chain.items()
-        if chain.supply_channel is not None and chain.supply_band_v is not None
-    }
+    """Return an interlock for every supply with declared bands, on what all of them allow, unless an interlock of the
+    rig file says how.
+    """
     return tuple(
-        (supply, _lock(supply, "V", chain.supply_band_v, 0.0, 0.0, "hold", f"rig file: chain.{channel}.supply_band_v"))
-        for supply, (channel, chain) in found.items()
-        if supply not in rig.interlocks.voltage and chain.supply_band_v is not None
+        (supply, _lock(supply, "V", (band.low_v, band.high_v), 0.0, 0.0, "hold", f"rig file: {band.keys}"))
+        for supply, band in supply_bands(rig.chain).items()
+        if supply not in rig.interlocks.voltage
     )
 
 

@@ -102,3 +102,37 @@ def test_an_interlock_that_leaves_out_what_its_supply_should_be_is_refused(
         return
     with pytest.raises(DescriptionError, match=r"4\.9 to 5\.1 V leaves out .*every run would hold at once"):
         read_rig(file)
+
+
+def _chains(folder: Path, **keys_of: str) -> Path:
+    tables = "".join(
+        f'[chain."dmm.{channel}"]\nsupply_channel = "dmm.s"\n{keys}\n' for channel, keys in keys_of.items()
+    )
+    return rig_file(folder, SUPPLY_METER, ("[twin]\n", f"{tables}[twin]\n"))
+
+
+def test_bands_of_one_supply_that_exclude_one_another_are_refused_with_both_keys(tmp_path: Path) -> None:
+    """The last one written won, and the others were watched by nobody."""
+    file = _chains(tmp_path, x="supply_band_v = [11.8, 12.2]", y="supply_band_v = [23.8, 24.2]")
+    with pytest.raises(DescriptionError) as refused:
+        read_rig(file)
+    lines = file.read_text(encoding="utf-8").splitlines()
+    first, second = (lines.index(f"supply_band_v = {band}") + 1 for band in ("[11.8, 12.2]", "[23.8, 24.2]"))
+    said = str(refused.value)
+    assert said.startswith(f"{file}:{first}: chain.dmm.x.supply_band_v: dmm.s is to stay at or below 12.2 V here ")
+    assert f"at or above 23.8 V by chain.dmm.y.supply_band_v ({file}:{second})" in said
+
+
+@pytest.mark.parametrize(
+    ("keys", "said"),
+    [
+        (
+            "supply_nominal_v = 15.0\nsupply_band_v = [4.9, 5.1]",
+            r"chain\.dmm\.x\.supply_nominal_v: got 15 V, allowed 4\.9 to 5\.1 V",
+        ),
+        ("supply_band_v = [5.1, 4.9]", r"chain\.dmm\.x\.supply_band_v: got \[5\.1, 4\.9\], allowed is a lower end"),
+    ],
+)
+def test_a_band_that_leaves_out_its_nominal_or_holds_nothing_is_refused(tmp_path: Path, keys: str, said: str) -> None:
+    with pytest.raises(DescriptionError, match=said):
+        read_rig(_chains(tmp_path, x=keys))

@@ -80,6 +80,26 @@ def test_the_band_of_a_supply_is_watched_without_being_asked_for(tmp_path: Path)
     assert (name, lock.low, lock.high, lock.action) == ("dmm.s", 4.9, 5.1, "hold")
 
 
+@pytest.mark.parametrize("is_reversed", [False, True], ids=["narrow last", "narrow first"])
+def test_several_bands_of_one_supply_are_watched_where_all_of_them_allow_it(
+    tmp_path: Path, *, is_reversed: bool
+) -> None:
+    """In whatever order they are written, and with the keys that state both ends."""
+    tables = [
+        f'[chain."dmm.{name}"]\nsupply_channel = "dmm.s"\nsupply_band_v = {band}\n'
+        for name, band in (("x", "[4.9, 5.1]"), ("y", "[4.5, 5.05]"), ("z", "[4.0, 6.0]"))
+    ]
+    text = "".join(reversed(tables) if is_reversed else tables)
+    channels = (
+        "z = { scanner = 3, range_v = 10.0 } }",
+        "z = { scanner = 3, range_v = 10.0 }, s = { scanner = 4, range_v = 10.0 } }",
+    )
+    small = bench(tmp_path, rig=(("[twin]", f"{text}[twin]"), channels))
+    ((name, lock),) = run_limits_of(small.rig).voltages
+    assert (name, lock.low, lock.high) == ("dmm.s", 4.9, 5.05)
+    assert lock.key == "rig file: chain.dmm.x.supply_band_v and chain.dmm.y.supply_band_v"
+
+
 def _air(unattended: UnattendedRun) -> World:
     chance = unattended.rig.chance
     assert isinstance(chance, World)
