@@ -28,6 +28,8 @@ from ams.inference.packages import SpreadAngles, angles_from_packages, angles_fr
 from ams.inference.site_gravity import check_site_gravity, gravity_shares, shares_in_common
 from ams.inference.used_beyond import codes_of_angles, senses_roll_within
 from ams.models.registry import MODELS
+from ams.sets.axis_section import lack_of_fit_of
+from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
 from ams.units import printed
@@ -113,16 +115,23 @@ class Package:
         return AlignedPackage(aligned, together, self.alignment)
 
     def sensors(self, readings: Mapping[str, FloatArray], reading_sd_v: float | None) -> list[CalibratedSensor]:
-        """Return the sensors at (N,) readings; a standard deviation that is stated has the factor of every row."""
+        """Return the sensors at (N,) readings; a standard deviation that is stated has the factor of every row.
+
+        It is of the noise where the set is used: what the sensor lacks of its model stays beside it, as it does in the
+        standard error that stands for both where nothing is stated.
+        """
         temperature, site = readings.get("temperature_degc"), self.site_gravity_mps2
         found = [
             sensor_of_set(self.coefficients, axis, reading_sd_v, temperature, site, self._gravity_shares)
             for axis in self.columns
         ]
-        factor = readings.get(SD_FACTOR)
-        if reading_sd_v is None or factor is None:
+        if reading_sd_v is None:
             return found
-        return [replace(sensor, reading_sd_v=reading_sd_v * factor) for sensor in found]
+        noise_v = reading_sd_v * readings.get(SD_FACTOR, np.ones(()))
+        axes = self.coefficients.axes
+        sections = table(self.coefficients.document["axes"])
+        lacks_v = [lack_of_fit_of(table(sections[axis]), axes[axis]) for axis in self.columns]
+        return [replace(sensor, reading_sd_v=np.hypot(noise_v, v)) for sensor, v in zip(found, lacks_v, strict=True)]
 
     def together(self, sensors: Sequence[CalibratedSensor]) -> CalibratedPackage | None:
         """Return what the calibrations of the axes have in common, where the set states it."""

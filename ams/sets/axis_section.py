@@ -74,6 +74,16 @@ def standard_error_of(section: Mapping[str, Json], axis: AxisNumbers) -> float |
     return None if stated is None else number(stated)
 
 
+def lack_of_fit_of(section: Mapping[str, Json], axis: AxisNumbers) -> float:
+    """Return what the points of an axis lack of its model, one standard deviation in the unit of its output.
+
+    0 where the replications show none, and where nothing was replicated: S_E holds it there, as far as the fit left it.
+    """
+    replication = section["replication"]
+    stated = None if replication is None else table(replication).get(f"lack_of_fit_{axis.form.measured_unit}")
+    return 0.0 if stated is None else number(stated)
+
+
 def without_site(axis: AxisCalibration) -> AxisCalibration:
     """Return the solution without primary parameters that tell of the place, such as the field beside a coil.
 

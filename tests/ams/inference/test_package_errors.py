@@ -50,8 +50,11 @@ def set_of(calibration: Calibration) -> CoefficientSet:
     return build_set(calibration, Provenance("P1", **SITE, **ranges))
 
 
-def by_set(coefficients: CoefficientSet) -> Angles:
-    sensors = [sensor_of_set(coefficients, axis, READING_SD_V, None) for axis in "xyz"]
+def by_set(coefficients: CoefficientSet, *, is_lacking: bool = False) -> Angles:
+    """With the noise of a reading alone, or with what every axis lacks of its model beside it."""
+    lacks_v = {axis: coefficients.document["axes"][axis]["replication"]["lack_of_fit_v"] for axis in "xyz"}
+    noise_v = {axis: float(np.hypot(READING_SD_V, lacks_v[axis] if is_lacking else 0.0)) for axis in "xyz"}
+    sensors = [sensor_of_set(coefficients, axis, noise_v[axis], None) for axis in "xyz"]
     return pitch_roll_from_three(sensors, OUTPUTS_V, package_of_set(coefficients, "xyz", sensors))
 
 
@@ -98,7 +101,9 @@ def test_the_inference_of_a_set_uses_it() -> None:
     coefficients = set_of(solved())
     how = inference(Package(coefficients, {axis: f"{axis}_v" for axis in "xyz"}), reading_sd_v=READING_SD_V)
     found = how.infer({f"{axis}_v": OUTPUTS_V[:, index] for index, axis in enumerate("xyz")})
-    np.testing.assert_allclose(np.deg2rad(found["roll_sd_deg"]), by_set(coefficients).roll_sd_rad, rtol=1e-9)
+    np.testing.assert_allclose(
+        np.deg2rad(found["roll_sd_deg"]), by_set(coefficients, is_lacking=True).roll_sd_rad, rtol=1e-9
+    )
 
 
 def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for() -> None:
@@ -109,7 +114,8 @@ def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for(
     assert list(found) == [
         "pitch_deg", "pitch_sd_deg", "pitch_half_95_deg", "roll_deg", "roll_sd_deg", "roll_half_95_deg", "flag"
     ]  # fmt: skip
-    np.testing.assert_allclose(np.deg2rad(found["roll_half_95_deg"]), by_set(coefficients).roll_half_95_rad, rtol=1e-9)
+    expected = by_set(coefficients, is_lacking=True).roll_half_95_rad
+    np.testing.assert_allclose(np.deg2rad(found["roll_half_95_deg"]), expected, rtol=1e-9)
     assert np.all(found["roll_half_95_deg"] > 1.95 * found["roll_sd_deg"])
 
 
