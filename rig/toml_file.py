@@ -42,6 +42,9 @@ class StrictTable(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
     instead: ClassVar[Mapping[str, str]] = {}
     """Keys that it had before, each with what its refusal says to do."""
+    names_files: ClassVar[tuple[str, ...]] = ()
+    """Keys whose values are paths of files, relative to the file that the table stands in. What these files hold is
+    kept with a run and held against them at a resume (:mod:`procedures.description.named_files`)."""
 
 
 Table = TypeVar("Table", bound=BaseModel)

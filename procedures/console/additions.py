@@ -82,11 +82,10 @@ class Additions:
             item = add_run(
                 self.console.queues,
                 self.console.clock,
-                folder / action.fields["procedure"],
+                read_procedure(folder / action.fields["procedure"]),
                 folder / action.fields["rig"],
                 self.console.runs.folder,
                 action.by,
-                title=read_procedure(folder / action.fields["procedure"]).procedure.title,
                 not_before=times.get("not_before", "").strip(),
                 not_after=times.get("not_after", "").strip(),
             )

@@ -7,7 +7,7 @@ The file is read by :mod:`procedures.kinds.read`, which adds the table that each
 from collections.abc import Sequence
 from decimal import Decimal
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -106,6 +106,7 @@ def _registered_design(name: str) -> str:
 class Design(StrictTable):
     """``[design]``: which attitudes, in which order. A kind that adds keys of its own has a subclass as its table."""
 
+    names_files: ClassVar[tuple[str, ...]] = ("file",)
     kind: Annotated[str, AfterValidator(_registered_design)]
     pitch_deg: AngleSet | None = None
     roll_deg: AngleSet | None = None

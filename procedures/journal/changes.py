@@ -1,4 +1,5 @@
-"""What is not as it was when a run began: rig file, procedure file, software, told field by field.
+"""What is not as it was when a run began: rig file, procedure file, the files that they name, software; told field by
+field, and of files that are no TOML line by line.
 
 A resume over a change is refused unless somebody answers for it with a name and a reason, which the journal keeps with
 the differences. Even then the run goes on with its own plan and its own rig: of the rig file ports, the twins' control
@@ -12,12 +13,15 @@ import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, zip_longest
 from pathlib import Path
 from typing import Any
 
+from procedures.description.named_files import NamedFile, content_of
 from procedures.errors import RequestError
 from procedures.journal.header import RunHeader, calrig_version
 from rig.description.read import read_rig
+from rig.plain_text import BYTE_ORDER_MARK
 from rig.toml_file import values_in
 
 KIND = "override"
@@ -30,6 +34,8 @@ _CONTROL = "rig file: twin.control"
 _TWIN = "twin"
 _OF_NO_FILE = ("software", "run folder")
 _ABSENT = "absent"
+_MOST_LINES = 5
+"""Of a file that are shown; the others are counted."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +59,7 @@ def changes_since(header: RunHeader) -> tuple[Change, ...]:
     found = [
         *_in_file("rig file", header.rig_text, Path(header.rig_path)),
         *_in_file("procedure file", header.procedure_text, Path(header.procedure_path)),
+        *chain.from_iterable(map(_in_named_file, header.named_files)),
     ]
     began, now = header.software.get("calrig"), calrig_version()
     return (*found, *([] if began == now else [Change("software: calrig", began, now)]))
@@ -144,6 +151,43 @@ def _in_file(name: str, text: str, path: Path) -> Iterator[Change]:
     for key in dict.fromkeys((*was, *found)):
         if was.get(key, _ABSENT) != found.get(key, _ABSENT):
             yield Change(f"{name}: {key}", was.get(key, _ABSENT), found.get(key, _ABSENT))
+
+
+def _in_named_file(named: NamedFile) -> Iterator[Change]:
+    try:
+        sha256, now = content_of(Path(named.path))
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        raise RequestError(
+            f"{named.path}: cannot be read: {error}; nothing was changed; resume needs to compare it"
+        ) from None
+    if sha256 == named.sha256:
+        return
+    if named.text is None or now is None:
+        yield Change(f"{named.label}: sha256", named.sha256, sha256)
+    elif _is_toml(named.text):
+        yield from _in_file(named.label, named.text, Path(named.path))
+    else:
+        was, found = (text.removeprefix(BYTE_ORDER_MARK).splitlines() for text in (named.text, now))
+        yield from _in_lines(named.label, was, found)
+
+
+def _is_toml(text: str) -> bool:
+    try:
+        values_in(text)
+    except tomllib.TOMLDecodeError:
+        return False
+    return True
+
+
+def _in_lines(label: str, was: Sequence[str], found: Sequence[str]) -> Iterator[Change]:
+    pairs = enumerate(zip_longest(was, found, fillvalue=_ABSENT), start=1)
+    different = [(number, before, now) for number, (before, now) in pairs if before != now]
+    for number, before, now in different[:_MOST_LINES]:
+        yield Change(f"{label}: line {number}", before, now)
+    if len(different) > _MOST_LINES:
+        yield Change(f"{label}: further lines", "as the run has them", f"{len(different) - _MOST_LINES} differ")
 
 
 def _flattened(prefix: str, value: Mapping[str, Any]) -> Iterator[tuple[str, object]]:

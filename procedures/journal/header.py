@@ -3,7 +3,7 @@
 import hashlib
 import json
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from importlib.metadata import version
@@ -13,6 +13,7 @@ from typing import Any
 import apsw
 import numpy as np
 
+from procedures.description.named_files import NamedFile
 from procedures.errors import JournalError
 from procedures.plan.plan import Plan
 from rig.description.rig_file import RigDescription
@@ -42,6 +43,8 @@ class RunHeader:
     procedure_path: str
     procedure_text: str
     procedure_sha256: str
+    named_files: tuple[NamedFile, ...] = ()
+    """What the two files name, as it was read; none in a journal of before they were kept."""
 
     @property
     def plan(self) -> Plan:
@@ -64,6 +67,7 @@ class RunHeader:
         try:
             document: dict[str, Any] = json.loads(text)
             document["created_utc"] = datetime.fromisoformat(document["created_utc"])
+            document["named_files"] = tuple(NamedFile(**named) for named in document.get("named_files", ()))
             return RunHeader(**document)
         except (ValueError, TypeError, KeyError) as error:
             raise JournalError(f"journal: the header cannot be read: {error}; the journal was left as it is") from None
@@ -79,10 +83,12 @@ def make_header(
     created_utc: datetime,
     *,
     is_rehearsal: bool = False,
+    named_files: Sequence[NamedFile] = (),
 ) -> RunHeader:
     """Make the header of a new run.
 
-    ``rig`` is the description that is opened, twins in place where it is a rehearsal.
+    ``rig`` is the description that is opened, twins in place where it is a rehearsal. ``named_files``: what the files
+    at the two paths name.
     """
     plan_json = plan.to_json()
     rig_text, procedure_text = (
@@ -105,6 +111,7 @@ def make_header(
         procedure_path=str(procedure_path.resolve()),
         procedure_text=procedure_text,
         procedure_sha256=sha256(procedure_text),
+        named_files=tuple(named_files),
     )
 
 

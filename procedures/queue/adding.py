@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from procedures.description.named_files import files_named_by
+from procedures.description.procedure_file import ProcedureDescription
 from procedures.queue import people
 from procedures.queue.moments import moment
 from procedures.queue.state import Item
@@ -14,12 +16,11 @@ from rig.description.read import read_rig
 def add_run(
     queues: Path,
     clock: Clock,
-    procedure: Path,
+    procedure: ProcedureDescription,
     rig: Path,
     out: Path,
     by: str,
     *,
-    title: str,
     not_before: str,
     not_after: str,
 ) -> Item:
@@ -27,7 +28,7 @@ def add_run(
 
     Args:
         queues: the folder of queues.
-        title: of the procedure, which the caller has read: what cannot be read is refused before.
+        procedure: as the caller has read it: what cannot be read is refused before.
         not_before: a time as people say it, such as 22:00; empty for none. So ``not_after``.
 
     Raises: RequestError, rig.errors.RigError.
@@ -35,13 +36,14 @@ def add_run(
     described, now = read_rig(rig), clock.now_utc()
     return people.add(
         QueueStore(folder_of_rig(queues, described.rig.name), clock),
-        procedure,
+        procedure.path,
         rig,
         described,
         out,
         by,
-        title=title,
+        title=procedure.procedure.title,
+        named_files=files_named_by(described, rig, procedure),
         not_before_utc=moment(not_before, "--not-before", now) if not_before else None,
         not_after_utc=moment(not_after, "--not-after", now) if not_after else None,
-        refused=checked(procedure, rig, out),
+        refused=checked(procedure.path, rig, out),
     )

@@ -9,6 +9,7 @@ from pathlib import Path
 from shlex import shlex
 from typing import Literal, get_args
 
+from procedures.description.named_files import NamedFile
 from procedures.errors import ProcedureError, RequestError
 from procedures.journal.corrections import acknowledge, is_acknowledged
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
@@ -47,11 +48,12 @@ def add(
     by: str,
     *,
     title: str,
+    named_files: Sequence[NamedFile],
     not_before_utc: datetime | None,
     not_after_utc: datetime | None,
     refused: Sequence[str],
 ) -> Item:
-    """Add an item at the end, with what its check said. Raises: RequestError."""
+    """Add an item at the end, with what its check said; ``named_files``: of procedure and rig. Raises: RequestError."""
     _require_name("add", by)
     if not_before_utc is not None and not_after_utc is not None and not_before_utc >= not_after_utc:
         raise RequestError("queue add: --not-before is not before --not-after; nothing was added")
@@ -63,6 +65,7 @@ def add(
             "by": by,
             "title": title,
             **sources,
+            "named_files": [asdict(named) for named in named_files],
             "out": str(out.resolve()),
             "needs": needs_of(rig),
             "not_before_utc": _text(not_before_utc),

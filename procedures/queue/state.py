@@ -22,6 +22,7 @@ from datetime import datetime
 from enum import StrEnum
 from typing import Any
 
+from procedures.description.named_files import NamedFile
 from procedures.records.states import State
 from rig.local_time import at_both
 
@@ -75,6 +76,8 @@ class Item:
     title: str
     procedure: Source
     rig: Source
+    named_files: tuple[NamedFile, ...]
+    """What the two files name; none of an item that was added before they were kept."""
     out: str
     needs: Mapping[str, str]
     """Sensors that must be mounted, each with its datum face, empty where the rig file names none."""
@@ -213,6 +216,7 @@ def _item(detail: Detail) -> Item:
         title=str(detail["title"]),
         procedure=Source(**detail["procedure"]),
         rig=Source(**detail["rig"]),
+        named_files=tuple(NamedFile(**named) for named in detail.get("named_files", ())),
         out=str(detail["out"]),
         needs=dict(detail["needs"]),
         added_by=str(detail["by"]),

@@ -16,14 +16,14 @@ from pathlib import Path
 import psutil
 
 from procedures.alerts.reader import read_by_us
-from procedures.errors import ProcedureError, RequestError
+from procedures.description.named_files import content_of
+from procedures.errors import ProcedureError
 from procedures.journal.announced_folder import announced_folder
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned, owned_since
 from procedures.journal.run_list import RunList
 from procedures.journal.spool import ask
 from procedures.journal.standing import derived_state
-from procedures.queue.people import source_of
 from procedures.queue.runner import Look
 from procedures.queue.state import Attestation, Item
 from procedures.queue.words import mounted_words
@@ -61,15 +61,15 @@ class RigWorld:
         return boot()
 
     def check(self, item: Item) -> Sequence[str]:
-        """Return what speaks against starting: a file that is another now, or what ``calrig check`` says."""
-        for source in (item.procedure, item.rig):
-            try:
-                now = source_of(Path(source.path))
-            except RequestError as error:
-                return [str(error)]
-            if now.sha256 != source.sha256:
-                return [f"{source.path}: was changed since the item was added; add it again"]
-        return checked(Path(item.procedure.path), Path(item.rig.path), Path(item.out), self.command)
+        """Return what speaks against starting: files that are others now, or what ``calrig check`` says.
+
+        The check takes its time, so the files are looked at once more behind it.
+        """
+        return (
+            _changed(item)
+            or checked(Path(item.procedure.path), Path(item.rig.path), Path(item.out), self.command)
+            or _changed(item)
+        )
 
     def busy(self, item: Item) -> str:
         """Return who has the rig file, or that an earlier process of the item has not ended yet."""
@@ -162,6 +162,23 @@ class RigWorld:
             if (header.procedure_sha256, header.rig_sha256) == (item.procedure.sha256, item.rig.sha256):
                 return run.path
         return None
+
+
+def _changed(item: Item) -> list[str]:
+    """Return a sentence for every file of an item that is not as it was when the item was added."""
+    added = {source.path: (source.path, source.sha256) for source in (item.procedure, item.rig)}
+    for named in item.named_files:
+        added.setdefault(named.path, (f"{named.path} ({named.named_by}: {named.key})", named.sha256))
+    messages = []
+    for path, (label, sha256) in added.items():
+        try:
+            is_as_added = content_of(Path(path))[0] == sha256
+        except OSError as error:
+            messages.append(f"{label}: cannot be read: {error.strerror}; put it back, or add the item again")
+            continue
+        if not is_as_added:
+            messages.append(f"{label}: was changed since the item was added; add it again")
+    return messages
 
 
 def _was_owned_since_its_start(item: Item, run: Path) -> bool:

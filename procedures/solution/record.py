@@ -95,6 +95,7 @@ def read_record(reader: JournalReader) -> RunRecord:
             "plan": header.plan_sha256,
             "rig file": header.rig_sha256,
             "procedure file": header.procedure_sha256,
+            **{named.label: named.sha256 for named in header.named_files},
         },
         versions=header.software,
         lineage=tuple(earlier),

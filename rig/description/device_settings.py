@@ -6,7 +6,7 @@ The strict tables here are what ``rig.toml`` is validated against.
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -31,6 +31,7 @@ NotNegative = Annotated[float, Field(ge=0.0)]
 class AxisSettings(StrictTable):
     """One ``[axes.NAME]`` table."""
 
+    names_files: ClassVar[tuple[str, ...]] = ("index_table",)
     driver: str
     port: str
     """``twin``, a device by its stable id, ``socket://host:port`` or ``rfc2217://host:port``."""
@@ -105,6 +106,10 @@ class AxisSettings(StrictTable):
     def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:  # noqa: ARG002
         """Yield as of a readout, of files that it names and of what they cannot say."""
         yield from ()
+
+    def with_files(self, folder: Path) -> Self:  # noqa: ARG002
+        """Return it as a readout, with what the files say that it names."""
+        return self
 
     def miswritten(self) -> Callable[[float], str]:
         """Return what tells why the machine cannot be told of an attitude; it tells nothing where it can.
@@ -183,6 +188,13 @@ class ReadoutSettings(StrictTable):
     def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:  # noqa: ARG002
         """Yield key and sentence of what is wrong with files that it names, relative to the rig file's ``folder``."""
         yield from ()
+
+    def with_files(self, folder: Path) -> Self:  # noqa: ARG002
+        """Return it with what the files say that it names, in place of their paths: they are read once a run.
+
+        Paths are relative to the rig file's ``folder``. Raises: DescriptionError.
+        """
+        return self
 
     def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 for those that have channels of their own
         """Return what the input of ``channel`` loads its source with; None where that is nothing that counts."""

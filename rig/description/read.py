@@ -11,6 +11,7 @@ from pydantic import Field, ValidationError, create_model
 
 from rig.description.certified_angles import as_certified, level_as_certified
 from rig.description.cross_checks import complaints_about_references
+from rig.description.device_settings import AxisSettings, ReadoutSettings
 from rig.description.drivers import TABLES, classes_for
 from rig.description.earlier_versions import as_stored_now
 from rig.description.index_table import IndexTable, beyond_declared, read_index_table
@@ -22,10 +23,9 @@ from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
 from rig.errors import DescriptionError
-from rig.toml_file import StrictTable, TomlFile, read_toml
-from rig.wire.dialect_files import dialect_name
+from rig.toml_file import TomlFile, read_toml
 
-Described = TypeVar("Described", bound=StrictTable)
+Described = TypeVar("Described", AxisSettings, ReadoutSettings)
 
 
 def read_rig(path: Path) -> RigDescription:
@@ -42,14 +42,14 @@ def rig_of(file: TomlFile) -> RigDescription:
     complaints += complaints_about_references(file, description)
     if complaints:
         raise type(file.error((), ""))("\n".join(complaints))
-    axes, certified = _dialects_found(description.axes, file.path.parent), as_certified(description)
+    axes, certified = _with_files(description.axes, file.path.parent), as_certified(description)
     return description.model_copy(
         update={
             "axes": {
                 name: axis.model_copy(update={**tables.get(name, {}), **certified.get(name, {})})
                 for name, axis in axes.items()
             },
-            "readouts": _dialects_found(description.readouts, file.path.parent),
+            "readouts": _with_files(description.readouts, file.path.parent),
             "level": level_as_certified(description),
         }
     )
@@ -81,14 +81,9 @@ def _tagged_union(classes: Sequence[type]) -> Any:
     return Annotated[reduce(or_, classes), Field(discriminator="driver")] if len(classes) > 1 else classes[0]
 
 
-def _dialects_found(devices: dict[str, Described], folder: Path) -> dict[str, Described]:
-    """Return the devices with dialect files named from the rig file's folder."""
-    return {
-        name: device.model_copy(update={"dialect": dialect_name(dialect, folder)})
-        if (dialect := getattr(device, "dialect", None))
-        else device
-        for name, device in devices.items()
-    }
+def _with_files(devices: dict[str, Described], folder: Path) -> dict[str, Described]:
+    """Return the devices with what the files say that they name, relative to the rig file's folder."""
+    return {name: device.with_files(folder) for name, device in devices.items()}
 
 
 def _index_tables(file: TomlFile, rig: RigDescription) -> tuple[dict[str, dict[str, IndexTable]], list[str]]:

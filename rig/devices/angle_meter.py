@@ -9,7 +9,7 @@ Source: docs/devices/attitude-references.md.
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -21,9 +21,9 @@ from rig.errors import DescriptionError, DeviceFault, FileContradicted, RequestR
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.toml_file import StrictTable
-from rig.wire.angle_dialect import AngleDialect, AngleUnit, load_angle_dialect, to_deg
+from rig.wire.angle_dialect import AngleDialect, AngleUnit, NamedAngleDialect, load_angle_dialect, to_deg
 from rig.wire.angle_lines import AngleCodec, Question, Reading
-from rig.wire.dialect_files import dialect_name
+from rig.wire.dialect_files import WRITTEN_OUT, dialect_file
 
 MOST_SAMPLES = 100_000
 QUIET_S = 0.3
@@ -55,11 +55,11 @@ class AngleChannel(StrictTable):
 class AngleMeterSettings(ReadoutSettings):
     """``driver = "angle-meter"``."""
 
+    names_files: ClassVar[tuple[str, ...]] = ("dialect",)
     driver: Literal["angle-meter"]
     resource: str
     """``twin``, a serial device by its stable id, ``socket://host:port``."""
-    dialect: str
-    """Name of a shipped dialect or path of a dialect file."""
+    dialect: NamedAngleDialect
     values: AngleUnit | None = None
     """The unit on the wire; None: as the device tells it, or its manual. Compared where it is told."""
     baud_rate: Annotated[int, Field(ge=300, le=921600)] | None = None
@@ -79,8 +79,11 @@ class AngleMeterSettings(ReadoutSettings):
         return load_angle_dialect(self.dialect).reading_s
 
     def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:
+        if isinstance(self.dialect, AngleDialect):
+            yield ("dialect",), WRITTEN_OUT
+            return
         try:
-            dialect = load_angle_dialect(dialect_name(self.dialect, folder))
+            dialect = load_angle_dialect(self.with_files(folder).dialect)
         except DescriptionError as error:
             yield ("dialect",), str(error)
             return
@@ -99,6 +102,11 @@ class AngleMeterSettings(ReadoutSettings):
             if channel.value not in dialect.values:
                 known = ", ".join(sorted(dialect.values))
                 yield ("channels", name, "value"), f"got {channel.value}, the dialect {dialect.name} reads {known}"
+
+    def with_files(self, folder: Path) -> Self:
+        if not isinstance(self.dialect, str) or (file := dialect_file(self.dialect, folder)) is None:
+            return self
+        return self.model_copy(update={"dialect": load_angle_dialect(str(file))})
 
 
 class AngleMeter:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from threading import Lock
-from typing import Literal
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
@@ -16,7 +16,7 @@ from rig.devices.targets import Miswritten, check_target, require_home
 from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
-from rig.wire.dialect_files import dialect_name
+from rig.wire.dialect_files import WRITTEN_OUT, dialect_file
 from rig.wire.indexing_table import (
     Acknowledged,
     AskPosition,
@@ -38,7 +38,7 @@ from rig.wire.indexing_table import (
     TableCodec,
     TableState,
 )
-from rig.wire.table_dialect import Dialect, load_dialect
+from rig.wire.table_dialect import Dialect, NamedDialect, load_dialect
 
 _SAME_ANGLE_DEG = 1e-4
 """Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
@@ -51,8 +51,9 @@ _TIMES_REFUSED = 3
 class DialectSettings(AxisSettings):
     """Of a machine whose grammar is a dialect."""
 
-    dialect: str | None = None
-    """Name of a shipped dialect or path of a dialect file; by default it follows from the increment."""
+    names_files: ClassVar[tuple[str, ...]] = (*AxisSettings.names_files, "dialect")
+    dialect: NamedDialect | None = None
+    """By default it follows from the increment."""
     homed_before: bool = False
     """The operator vouches for a home of a machine that does not tell of it."""
 
@@ -81,14 +82,21 @@ class DialectSettings(AxisSettings):
         return self.spoken().line.rts_cts
 
     def file_complaints(self, folder: Path) -> Iterator[tuple[tuple[str, ...], str]]:
-        named = self.model_copy(update={"dialect": self.dialect and dialect_name(self.dialect, folder)})
+        if isinstance(self.dialect, Dialect):
+            yield ("dialect",), WRITTEN_OUT
+            return
         try:
-            codec = TableCodec(named.spoken())
+            codec = TableCodec(self.with_files(folder).spoken())
         except DescriptionError as error:
             yield ("dialect" if self.dialect else "increment_deg",), str(error)
             return
         if why := miswritten_speed(codec, self):
             yield ("speed_dps",), f"got {self.speed_dps:g} °/s: {why}; nothing moved; give a speed that it can write"
+
+    def with_files(self, folder: Path) -> Self:
+        if not isinstance(self.dialect, str) or (file := dialect_file(self.dialect, folder)) is None:
+            return self
+        return self.model_copy(update={"dialect": load_dialect(str(file), self.increment_deg)})
 
     def miswritten(self) -> Miswritten:
         return miswritten_targets(TableCodec(self.spoken()), self)

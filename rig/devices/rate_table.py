@@ -17,15 +17,14 @@ from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange
 from rig.wire.indexing_table import Rate, TableCodec
-from rig.wire.table_dialect import Dialect, load_dialect
+from rig.wire.table_dialect import Dialect, NamedDialect, load_dialect
 
 
 class RateTableSettings(DialectSettings, rates.RevolvingSettings):
     """``driver = "rate-table"``."""
 
     driver: Literal["rate-table"]
-    dialect: str = "generic-rate-table"
-    """Name of a shipped dialect or path of a dialect file."""
+    dialect: NamedDialect = "generic-rate-table"
 
     def spoken(self) -> Dialect:
         return load_dialect(self.dialect, self.increment_deg)

@@ -9,10 +9,11 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from rig.toml_file import StrictTable, read_toml
-from rig.wire.dialect_files import shipped_in
+from rig.wire.dialect_files import name_or_file, shipped_in
 from rig.wire.table_dialect import LineSettings, line_with
 from rig.wire.template import FieldValue, Template
 
@@ -129,7 +130,18 @@ def angle_dialects() -> dict[str, AngleDialect]:
     return shipped_in("dialects/angle", AngleDialect)
 
 
-def load_angle_dialect(name: str) -> AngleDialect:
-    """Return a shipped dialect by name, or a dialect file by path. Raises: DescriptionError."""
+NamedAngleDialect = Annotated[
+    Annotated[str, Tag("name")] | Annotated[SkipJsonSchema[AngleDialect], Tag("file")], Discriminator(name_or_file)
+]
+"""Name of a shipped dialect or path of a dialect file; what the file says once it is read."""
+
+
+def load_angle_dialect(name: str | AngleDialect) -> AngleDialect:
+    """Return a shipped dialect by name, or a dialect file by path; one that was read as it is.
+
+    Raises: DescriptionError.
+    """
+    if isinstance(name, AngleDialect):
+        return name
     shipped = angle_dialects()
     return shipped[name] if name in shipped else read_toml(Path(name)).validate(AngleDialect)

@@ -27,6 +27,15 @@ def shipped_names() -> frozenset[str]:
         return frozenset(path.stem for path in folder.rglob("*.toml"))
 
 
-def dialect_name(text: str, folder: Path) -> str:
-    """Return what a file in ``folder`` means by ``text``: a shipped dialect, or a path relative to that folder."""
-    return text if text in shipped_names() else str(folder / text)
+def dialect_file(text: str, folder: Path) -> Path | None:
+    """Return the file that a file in ``folder`` means by ``text``; None where that is the name of a shipped dialect."""
+    return None if text in shipped_names() else folder / text
+
+
+def name_or_file(value: object) -> str:
+    """Tell what stands for a dialect: its ``name`` or path, or, once it is read, what its ``file`` says."""
+    return "file" if isinstance(value, dict | StrictTable) else "name"
+
+
+WRITTEN_OUT = "got a table, allowed the name of a dialect or the path of its file; write it in quotes"
+"""Of a rig file that holds a dialect itself."""

@@ -11,11 +11,12 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic.json_schema import SkipJsonSchema
 
 from rig.errors import DescriptionError
 from rig.toml_file import StrictTable, as_tuple, read_toml
-from rig.wire.dialect_files import shipped_in
+from rig.wire.dialect_files import name_or_file, shipped_in
 from rig.wire.template import Template
 
 
@@ -257,13 +258,21 @@ class Dialect(StrictTable):
         return self
 
 
-def load_dialect(name: str | None, increment_deg: float) -> Dialect:
+NamedDialect = Annotated[
+    Annotated[str, Tag("name")] | Annotated[SkipJsonSchema[Dialect], Tag("file")], Discriminator(name_or_file)
+]
+"""Name of a shipped dialect or path of a dialect file; what the file says once it is read."""
+
+
+def load_dialect(name: str | Dialect | None, increment_deg: float) -> Dialect:
     """Return a shipped dialect by name, a dialect file by path, or for None the coarsest shipped one that fits.
 
-    It fits where it has the increment.
+    It fits where it has the increment. One that was read is returned as it is.
 
     Raises: DescriptionError.
     """
+    if isinstance(name, Dialect):
+        return name
     shipped = shipped_dialects()
     if name is not None:
         named = shipped | published_dialects() | rate_dialects()

@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel, TypeAdapter
 from pydantic.fields import FieldInfo
+from pydantic.json_schema import SkipJsonSchema
 
 Document = dict[str, Any]
 
@@ -47,9 +48,13 @@ def _tables_below(kind: Any, path: tuple[str, ...]) -> Iterator[tuple[type[BaseM
 
 
 def _alternatives(annotation: Any) -> list[Any]:
-    """The members of a union, or the annotation itself; constraints are taken off."""
+    """The members of a union, or the annotation itself; constraints are taken off.
+
+    What stands in no schema of the file is written by nobody: what a file says that the key names.
+    """
     if get_origin(annotation) is Annotated:
-        return _alternatives(get_args(annotation)[0])
+        is_written = not any(isinstance(mark, SkipJsonSchema) for mark in get_args(annotation)[1:])
+        return _alternatives(get_args(annotation)[0]) if is_written else []
     if get_origin(annotation) in (dict, list, tuple, Literal) or not get_args(annotation):
         return [annotation]
     return [inner for member in get_args(annotation) for inner in _alternatives(member)]

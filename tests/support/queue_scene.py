@@ -176,7 +176,7 @@ def add_item(scene: Scene, files: QueueFiles, by: str = ANNA, hours: float | Non
     until = None if hours is None else scene.clock.now_utc() + hours * HOUR
     return people.add(
         scene.store, procedure, rig_file, rig, scene.folder, by, title="a night",
-        not_before_utc=None, not_after_utc=until, refused=[],
+        named_files=(), not_before_utc=None, not_after_utc=until, refused=[],
     )  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import NoReturn
 
+from procedures.description.named_files import files_named_by
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.spool import Request, Spool
@@ -90,7 +91,8 @@ class Bench:
 
     def header(self, run_dir: Path) -> RunHeader:
         files = self.folder / "rig.toml", self.folder / "procedure.toml"
-        return make_header(run_dir.name, self.plan, self.rig, *files, "tester", datetime.now(UTC))
+        named = files_named_by(self.rig, files[0], read_procedure(files[1]))
+        return make_header(run_dir.name, self.plan, self.rig, *files, "tester", datetime.now(UTC), named_files=named)
 
     def run(self, run_dir: Path, **collaborators: object) -> Outcome:
         """A new run in a folder that is made here."""

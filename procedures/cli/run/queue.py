@@ -60,11 +60,10 @@ def add(
     item = add_run(
         queues_of_here(),
         SystemClock(),
-        procedure,
+        read_procedure(procedure),
         rig,
         out,
         person_named(operator),
-        title=read_procedure(procedure).procedure.title,
         not_before=not_before,
         not_after=not_after,
     )

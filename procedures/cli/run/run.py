@@ -50,6 +50,7 @@ from procedures.delivery.lessons import learned
 from procedures.delivery.parts import DONE, NOT_MADE
 from procedures.delivery.publish import history_findings
 from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
+from procedures.description.named_files import files_named_by
 from procedures.errors import ExitStatus, NotSolved, ProcedureError, RequestError
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
@@ -113,6 +114,7 @@ def run(
         begins.is_virtual = isinstance(choose_clock(performed), VirtualClock)
         past = archive_of(out, archive, is_simulated=performed.is_simulated)
         plan = make_plan(described, procedure_description, learned=learned(past, performed).times)
+        named_files = files_named_by(performed, rig, procedure_description)
         begins.title = plan.title
         if not allow_network_folder:
             require_local(out)
@@ -124,7 +126,9 @@ def run(
             return detached("run", [str(procedure)], options, flags, out, json=json)
 
         def header_of(run_id: str, now: datetime) -> RunHeader:
-            return make_header(run_id, plan, performed, rig, procedure, who, now, is_rehearsal=rehearse)
+            return make_header(
+                run_id, plan, performed, rig, procedure, who, now, is_rehearsal=rehearse, named_files=named_files
+            )
 
         rig_file = None if rehearse else rig
         return _perform(begins, header_of, plan, performed, rig_file, out, archive, alerts, json=json)

@@ -36,7 +36,7 @@ def scene(visited: Visited, tmp_path: Path) -> Scene:
     for title in ("first <b>night", "second"):
         people.add(
             made.store, tmp_path / "procedure.toml", tmp_path / "rig.toml", read_rig(tmp_path / "rig.toml"),
-            tmp_path / "runs", "Anna", title=title, not_before_utc=None,
+            tmp_path / "runs", "Anna", title=title, named_files=(), not_before_utc=None,
             not_after_utc=visited.clock.now_utc() + timedelta(hours=9), refused=[],
         )  # fmt: skip
     return made
@@ -130,7 +130,7 @@ def test_a_run_that_the_queue_waits_for_is_decided_on_its_page(tmp_path: Path) -
     rig = read_rig(tmp_path / "rig.toml")
     people.add(
         made.store, tmp_path / "procedure.toml", tmp_path / "rig.toml", rig, tmp_path / "runs", "Anna", title="first",
-        not_before_utc=None, not_after_utc=None, refused=[],
+        named_files=(), not_before_utc=None, not_after_utc=None, refused=[],
     )  # fmt: skip
     browser = visited.enter()
     waits = "It is item 1 of the queue"

@@ -129,8 +129,8 @@ def test_what_somebody_says_while_a_run_goes_on_is_newer_than_what_it_shows(scen
 def test_an_early_item_waits_for_its_time_and_those_behind_it_too(scene, files):
     procedure, rig_file, rig = files
     early = scene.clock.now_utc() + HOUR
-    people.add(scene.store, procedure, rig_file, rig, scene.folder, ANNA, title="later", not_before_utc=early,
-               not_after_utc=None, refused=[])  # fmt: skip
+    people.add(scene.store, procedure, rig_file, rig, scene.folder, ANNA, title="later", named_files=(),
+               not_before_utc=early, not_after_utc=None, refused=[])  # fmt: skip
     make_ready(scene, files)
     steps(scene)
     assert scene.world.started == []

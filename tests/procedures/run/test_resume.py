@@ -149,7 +149,7 @@ def test_the_record_tells_who_resumed_and_why(small: Bench) -> None:
 def test_fault_70_resume_refuses_a_changed_file_and_shows_the_difference(
     small: Bench, file: str, old: str, new: str
 ) -> None:
-    """Detected: rig file, procedure file and version of the software against what the journal holds.
+    """Detected: rig file, procedure file, what these name and version of the software against what the journal holds.
     Response: refused, every difference shown field by field; with a name and a reason that the record keeps the run
     goes on with its own plan, and of the rig file only ports and interlocks are taken over.
     """
