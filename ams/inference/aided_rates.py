@@ -5,8 +5,8 @@ on the gyros alone, or on a magnetometer beside them. A package that accelerates
 is not used then, nor a field that something nearby disturbs, and that is said. All packages stand in the same axes. The
 normalised innovations are counted: where the assumptions hold, their mean is three.
 
-To the filter's covariance, which takes the errors of forces as new in every row, comes what the set of the
-accelerometers leaves open, the same in all rows (:mod:`ams.inference.lasting_force`).
+To the filter's covariance, which takes the errors of forces and fields as new in every row, comes what is the same in
+all rows: what the sets leave open, and what is stated of the field (:mod:`ams.inference.lasting_errors`).
 
 The zeros start as uncertain as the covariance of the set makes them, with what the set counts of their shift since the
 calibration, or what is stated of it, or 0.1 °/s; a rest at the beginning measures them. The Earth's turn is taken off
@@ -35,7 +35,7 @@ from ams.inference.angle_stream import Answer, joined, nothing, with_temperature
 from ams.inference.field_aid import FieldAid
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
-from ams.inference.lasting_force import turn_by_lasting_force
+from ams.inference.lasting_errors import lasting_covariance, turn_by_lasting_errors
 from ams.inference.rates import ANSWERS, Motion, answer_of
 from ams.inference.rest_at_start import RestAtStart
 from ams.inference.sample_clock import LONGEST_TURN_S, SampleClock
@@ -158,7 +158,7 @@ class AidedAngles:
         steps = self._clock.steps(readings.get("time_s"), rows)
         if self._filter is None:
             steps = np.concatenate([[1], steps[1:]])
-            self._filter = self._started(*self._directions(readings))
+            self._filter = self._started(readings)
         assert self._clock.interval_s is not None
         resting = self.rest.take(outputs_v, self._clock.interval_s)
         found = None
@@ -192,8 +192,8 @@ class AidedAngles:
         slots[:, sample[is_used]] = np.concatenate([gyro, force, field])[:, is_used]
         path = self._filter.run(slots[:3], slots[3:6], slots[6:], is_resting=is_resting)
         self._count(path)
-        quaternion, reference_ut = path.quaternion[:, sample], None if self.field is None else self.field.reference_ut
-        lasting = turn_by_lasting_force(self.accelerometers, quaternion, readings, reference_ut)
+        quaternion, settings = path.quaternion[:, sample], self._filter.settings
+        lasting = turn_by_lasting_errors(self.accelerometers, self.field, settings, quaternion, readings)
         covariance = path.turn_covariance[sample] + lasting
         self._compare(readings, quaternion, covariance, is_used)
         codes = np.full(steps.size, flag_codes.AT_REST if is_resting else 0, dtype=np.uint64)
@@ -299,8 +299,9 @@ class AidedAngles:
         site = package.site_gravity_mps2
         return force if site is None else force * (package.coefficients.gravity_mps2 / site)
 
-    def _started(self, force: FloatArray, field: FloatArray) -> AttitudeFilter:
+    def _started(self, readings: Mapping[str, FloatArray]) -> AttitudeFilter:
         assert self._clock.interval_s is not None
+        force, field = self._directions(readings)
         walk = np.sqrt(np.trace(self.gyros.reading_covariance()) / 3.0 * self._clock.interval_s)
         noise = GyroNoise(float(walk), float(np.deg2rad(self.aiding.bias_walk_dps_per_sqrt_s)))
         field_aid, earth = self.field, self.motion.earth
@@ -309,7 +310,7 @@ class AidedAngles:
             noise,
             self.aiding.force_sd_g,
             field_reference_ut=None if field_aid is None else field_aid.reference_ut,
-            field_sd_ut=None if field_aid is None else field_aid.sd_ut,
+            field_sd_ut=None if field_aid is None else self._field_sd_ut(field_aid, field, readings),
             frame_rate_rad_s=None if earth is None else tuple(earth.rate_rad_s.tolist()),
             unknown_frame_rate_rad_s=EARTH_RATE_RAD_S if earth is None else 0.0,
         )
@@ -321,6 +322,15 @@ class AidedAngles:
             turn = _unstated(start_rad) if field_aid is None else np.deg2rad(UNSTATED_TILT_SD_DEG) ** 2 * np.eye(3)
         covariance = np.block([[turn, np.zeros((3, 3))], [np.zeros((3, 3)), bias]])
         return AttitudeFilter(settings, Estimate(quaternion_of_cr(start_rad), np.zeros(3), covariance))
+
+    def _field_sd_ut(self, aid: FieldAid, field_ut: FloatArray, readings: Mapping[str, FloatArray]) -> float:
+        """Return the standard deviation of one component in a row, stated and of the set, at the first field read."""
+        good = np.flatnonzero(np.isfinite(field_ut).all(axis=0))[:1]
+        if not good.size:
+            return aid.sd_ut
+        at_first = {name: values[good] for name, values in readings.items()}
+        of_set_ut2 = np.trace(lasting_covariance(aid.package, field_ut[:, good].T, at_first)[0]) / 3.0
+        return float(np.sqrt(aid.sd_ut**2 + of_set_ut2))
 
     def _start_rad(self, force: FloatArray, field: FloatArray) -> FloatArray:
         """Return the start that was stated; where none is, what the first force says, and a field of yaw, else 0."""

@@ -12,6 +12,15 @@ SURELY: Final = 4.0
 """Standard deviations by which a zero is told as lying outside what was stated of it."""
 
 
+_LASTING: Final = {
+    "--force-sd-g": "an offset or a steady acceleration, does not scatter, so that alone is no reason for a narrower "
+    "one; nor is it in the deviations but as the set of the accelerometers counts it",
+    "--field-sd-ut": "iron of the package or a declination, does not scatter, so that alone is no reason for a "
+    "narrower one, which is in the deviations whole, as an error of all rows",
+}
+"""By option, what of the measurement no innovation shows, and where it is counted."""
+
+
 def mean_in_words(what: str, innovations: FloatArray, option: str) -> str:
     """Return what the (2,) sum and number of normalised innovations say of the stated deviation."""
     total, count = innovations
@@ -21,8 +30,8 @@ def mean_in_words(what: str, innovations: FloatArray, option: str) -> str:
         verdict = f"more than assumed: {what} and estimate differ by more than {option} and the stated zeros explain"
     elif mean < low:
         verdict = (
-            f"less than assumed: the rows scatter less than {option} has it; what is wrong in all rows alike, an "
-            "offset or a steady acceleration, does not scatter, so that alone is no reason for a narrower one"
+            f"less than assumed: the rows scatter less than {option} has it; what is wrong in all rows alike, "
+            f"{_LASTING[option]}"
         )
     else:
         verdict = "as assumed"

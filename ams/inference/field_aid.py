@@ -29,7 +29,8 @@ class FieldAid:
     reference_ut: tuple[float, float, float]
     """Along x at zero yaw, to the right, down."""
     sd_ut: float = 0.5
-    """Standard deviation of one component, calibration, disturbance and the reference's own together."""
+    """Standard deviation of what disturbance and the reference make of one component, alike in all rows; what the set
+    leaves open is beside it."""
 
     def __post_init__(self) -> None:
         coefficients = self.package.coefficients

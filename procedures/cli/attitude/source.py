@@ -136,7 +136,8 @@ class OfGyros:
     field_ut: Annotated[tuple[float, float, float] | None, Parameter(negative=())] = None
     """With magnetometers: the field where they are used, µT along x at zero yaw, to the right and down."""
     field_sd_ut: float | None = None
-    """With magnetometers: standard deviation of one component of the field; by default 0.5 µT."""
+    """With magnetometers: standard deviation of what disturbance and the stated field make of one component, the same
+    in all rows; by default 0.5 µT. What the set leaves open is added."""
     gyro_set: Path | None = None
     """Accelerometers: the set of gyros beside them, columns gyro_x_v and so on; the answers are compared."""
     gyro_axis: Named = None

@@ -1,15 +1,19 @@
-"""A filter's deviations hold what its accelerometers are wrong by alike in all rows, and no innovation shows."""
+"""A filter's deviations hold what its sensors are wrong by alike in all rows, and no innovation shows."""
 
 import numpy as np
 import pytest
+from line_sets import triad_set
 from scipy.spatial.transform import Rotation
 from solved_sets import gyro_set, tp_set
 
+from ams.attitude.attitude_filter import FilterSettings
+from ams.attitude.kalman import GyroNoise
 from ams.frames import body_rates_rad_s
 from ams.inference.aided_rates import AidedAngles, Aiding
+from ams.inference.field_aid import FieldAid
 from ams.inference.gyro_package import GyroPackage
 from ams.inference.inference import Package
-from ams.inference.lasting_force import turn_by_lasting_force
+from ams.inference.lasting_errors import turn_by_lasting_errors
 from ams.inference.rates import Motion
 from ams.sets.coefficients import CoefficientSet
 
@@ -75,21 +79,24 @@ def test_an_offset_that_shifted_as_declared_is_in_the_deviations() -> None:
     assert coverage(tp_set(), runs=20) < 0.4
 
 
+@pytest.mark.parametrize("field_sd_ut", [0.2, 20.0])
 @pytest.mark.parametrize("angles_deg", [(0.0, 0.0, 0.0), (30.0, -20.0, 50.0), (-70.0, 10.0, 160.0)])
-def test_the_turn_is_that_of_accelerometers_that_are_wrong(angles_deg: tuple[float, float, float]) -> None:
-    """Against turns that bring a shifted force, and the field's level part, back to where they are known to be."""
-    chance, field = np.random.default_rng(5), np.array([20.0, 5.0, 40.0])
+def test_the_turn_is_that_of_the_attitude_that_fits_wrong_directions_best(
+    angles_deg: tuple[float, float, float], field_sd_ut: float
+) -> None:
+    """Against Wahba's problem, solved by scipy, with the filter's weights and lasting errors of both directions."""
+    chance, reference_ut = np.random.default_rng(5), (20.0, 5.0, 40.0)
     rotation = Rotation.from_euler("YZX", angles_deg, degrees=True)
-    turns = []
+    known, weights = np.array([[0.0, 0.0, -1.0], reference_ut]), [FORCE_SD_G**-2.0, field_sd_ut**-2.0]
+    lasting_ut, turns = min(field_sd_ut, 0.5), []
     for _ in range(4000):
-        e = rotation.apply(SHIFT_G * chance.normal(size=3))
-        down = np.array([0.0, 0.0, 1.0]) - e
-        level = Rotation.align_vectors([[0.0, 0.0, 1.0]], [down])[0]
-        turned = level.apply(field)
-        yaw = np.arctan2(field[1], field[0]) - np.arctan2(turned[1], turned[0])
-        turns.append((Rotation.from_rotvec([0.0, 0.0, yaw]) * level).as_rotvec())
-    quaternion = rotation.as_quat()[:, None]
-    package = Package(with_shift(SHIFT_G), FORCE_V)
-    found = turn_by_lasting_force(package, quaternion, {}, (20.0, 5.0, 40.0))[0]
-    np.testing.assert_allclose(found, np.cov(np.array(turns).T), atol=0.08 * np.abs(found).max())
-    assert not turn_by_lasting_force(package, quaternion, {}, None)[0][2].any()
+        wrong = np.outer([SHIFT_G, lasting_ut], np.ones(3)) * chance.normal(size=(2, 3))
+        found = Rotation.align_vectors(known, rotation.inv().apply(known) + wrong, weights)[0]
+        turns.append((found * rotation.inv()).as_rotvec())
+    settings = FilterSettings(0.05, GyroNoise(1e-4, 1e-6), FORCE_SD_G, (0.0, 0.0, -1.0), reference_ut, field_sd_ut)
+    package, quaternion = Package(with_shift(SHIFT_G), FORCE_V), rotation.as_quat()[:, None]
+    aid = FieldAid(Package(triad_set(), {a: f"m{a}" for a in "xyz"}), reference_ut, lasting_ut)
+    turn = turn_by_lasting_errors(package, aid, settings, quaternion, {})[0]
+    np.testing.assert_allclose(turn, np.cov(np.array(turns).T), atol=0.08 * np.abs(turn).max())
+    alone = FilterSettings(0.05, GyroNoise(1e-4, 1e-6), FORCE_SD_G)
+    assert not turn_by_lasting_errors(package, None, alone, quaternion, {})[0][2].any()
