@@ -188,7 +188,7 @@ def _void(
 @contextmanager
 def _owned_journal(run_dir: Path, clock: Clock) -> Iterator[Journal]:
     require_not_taken_away(run_dir)  # told before anything is written there
-    with owning(run_dir, clock):
+    with owning(run_dir, clock, "correction"):
         journal = Journal.open_for_append(run_dir / JOURNAL_FILE)
         try:
             yield journal
