@@ -22,6 +22,7 @@ from procedures.jog_screen.worker import Bench
 from procedures.numbers import finite
 from rig.assembly.open_rig import Rig
 from rig.clock import SystemClock
+from rig.motion.jog import in_doubt_in_words
 from rig.system_parts import present
 
 TICK_S = 0.05
@@ -64,9 +65,12 @@ def jog_for_pages(
         bench.close()
         actions.close()
         ended.set()
+    left = in_doubt_in_words(rig.motion.in_doubt(rig.axes))
     if bench.guard.lost:
-        note(f"{bench.guard.lost}; every axis was told to stop")
+        note(f"{bench.guard.lost}; every axis was told to stop{left}")
         return ExitStatus.ABORTED
+    if left:
+        note(f"the bench is closed, and every axis stands still{left}")
     return ExitStatus.DONE
 
 

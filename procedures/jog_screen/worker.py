@@ -40,8 +40,7 @@ from rig.motion import jog
 from rig.motion.move import stop_all
 
 SHOWN_LINES = 200
-_IDLE_S = 0.05
-_RECONNECT_S = 2.0
+_IDLE_S, _RECONNECT_S = 0.05, 2.0
 _LATE_S, _SILENT_S = 0.7, 3.0
 """A device that keeps the bench waiting is named after so long, and called silent after so long."""
 _BEGIN_S = 3.0
@@ -345,7 +344,8 @@ class Bench:
         self._publish()
         try:
             stop_all(self._rig.axes, self._rig.clock)
-            outcome, tone = "every axis stands still", "stopped"
+            left = jog.in_doubt_in_words(self._rig.motion.in_doubt(self._rig.axes))
+            outcome, tone = f"every axis stands still{left}", "failed" if left else "stopped"
         except DeviceFault as error:
             outcome, tone = str(error), "failed"
         self._polling.all_stand()

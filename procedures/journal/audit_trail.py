@@ -127,9 +127,13 @@ def _begun(stands: Standstill) -> Interruption:
 
 
 def _axes(safe: Event) -> str:
-    positions, failures = safe.detail.get("positions_deg"), safe.detail.get("failures")
+    positions = safe.detail.get("positions_deg")
     known_deg = {name: float(degrees) for name, degrees in positions.items()} if isinstance(positions, dict) else {}
-    return axes_in_words(known_deg, failures if isinstance(failures, list) else ())
+    failures, in_doubt = (
+        list(map(str, found)) if isinstance(found := safe.detail.get(key), list) else []
+        for key in ("failures", "in_doubt")
+    )
+    return axes_in_words(known_deg, failures, in_doubt)
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:

@@ -29,6 +29,14 @@ ADVICE: Mapping[str, str] = {
         "adapter, power) and {resume_signed}: it homes, measures the check set and goes on with the first "
         "missing dwell."
     ),
+    "order in doubt": (
+        "The run has ended and every axis was seen to stand, but no machine answered the order that is named above: it "
+        "may still come. A stop that went out behind it settles that only where line and controller keep the order of "
+        "what they are told: a terminal server, a converter or a bus need not, nor need a controller that takes stops "
+        "first. Before hands go in, press the stop button or switch the drive off, then switch off and on what lies on "
+        "the line, which empties it. Then {resume_signed}: what moves when the lines are opened is stopped and told, "
+        "every axis is homed, and the run goes on with the first missing dwell."
+    ),
     "home": "An axis lost its home, as after a power cut of its controller. The run homes and goes on by itself.",
     "suspend": (
         "The computer slept. Forbid it (docs/service.md). The run opens its lines anew, homes and goes on by itself."

@@ -3,9 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 
-def axes_in_words(positions_deg: Mapping[str, float], failures: Sequence[str]) -> str:
-    """Return whether every axis was seen to stand, and where, degrees; what failed stands in the reason of the stop."""
+def axes_in_words(positions_deg: Mapping[str, float], failures: Sequence[str], in_doubt: Sequence[str] = ()) -> str:
+    """Return whether every axis was seen to stand, and where, degrees; what failed stands in the reason of the stop.
+
+    ``in_doubt``: orders that no machine answered, a sentence each.
+    """
     if failures:
         return "Not every axis was seen to stand: go and look before anything else."
     stood = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
-    return f"Every axis was told to stop and seen to stand{f': {stood}' if stood else ''}; the run moved nothing since."
+    seen = f"Every axis was told to stop and seen to stand{f': {stood}' if stood else ''}; the run moved nothing since"
+    in_reserve = "but an order that no machine answered may still come: go and look before hands go in"
+    return f"{seen}, {in_reserve}." if in_doubt else f"{seen}."

@@ -118,9 +118,10 @@ def diagram() -> str:
         f"```mermaid\nstateDiagram-v2\n    [*] --> {State.PLANNED}\n{pairs}\n```\n\n"
         f"| from | to | by |\n|---|---|---|\n{rows}\n\n"
         f"`resume` takes {', '.join(RESUMABLE)}; {' and '.join(ANSWERED_FOR)} only with a name and a reason. "
-        "`interrupted` is derived: the journal says the run is active, but no process owns it.\n"
-        "Neither stop nor abort skips the standstill check and the journal's last line. A terminal that closes ends "
-        "nothing.\n"
+        "`interrupted` is derived: the journal says the run is active, but no process runs it; one that corrects its "
+        "journal does not.\n"
+        "Neither stop nor abort skips the standstill check and the journal's last line; where not every axis is known "
+        "to stand, or an order may still move one, the run is tripped instead. A terminal that closes ends nothing.\n"
     )
 
 

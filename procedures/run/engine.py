@@ -231,7 +231,7 @@ class _Engine:
         if safe.cause:
             state, cause = _without_safety(state), cause or safe.cause
             requested = ending.requested(self._rig.clock.now_utc())
-            reasons = [*requested, *safe.failures, *safe.of_chamber, *safe.known]
+            reasons = [*requested, *safe.reasons]
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)

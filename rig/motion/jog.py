@@ -19,6 +19,7 @@ from rig.devices.maestro import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
 from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceFault, RequestRefused, RigError
+from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.wire.pulses import PulseCalibration
 
@@ -37,6 +38,8 @@ class OpenRig(Protocol):
     def environments(self) -> Mapping[str, Environment]: ...
     @property
     def axes(self) -> Mapping[str, Axis]: ...
+    @property
+    def motion(self) -> MotionMemory: ...
     @property
     def readouts(self) -> Mapping[str, Readout]: ...
     @property
@@ -74,6 +77,30 @@ def seen_at_rest(rig: OpenRig, axis: str) -> Iterator[None]:
         except DeviceFault as moving:
             raise DeviceFault(f"{error}; {moving}") from error
         raise
+
+
+@contextmanager
+def doubt_named(rig: OpenRig, axis: str) -> Iterator[None]:
+    """Let a motion end. Raises: DeviceFault where it failed and an order to the axis may still come, though it stands.
+
+    Around :func:`seen_at_rest`: what is seen of the axis meanwhile may settle it.
+    """
+    try:
+        yield
+    except RigError as error:
+        if in_doubt := in_doubt_in_words(rig.motion.in_doubt([axis])):
+            raise DeviceFault(f"{error}; every axis that it concerns stands still{in_doubt}") from error
+        raise
+
+
+def in_doubt_in_words(in_doubt: Sequence[str]) -> str:
+    """Return what follows "stands still": orders that may still come, and what a person does; empty without any."""
+    if not in_doubt:
+        return ""
+    return (
+        f", but {'; '.join(in_doubt)}; no stop ends that for certain: press the stop button or switch the drive off"
+        " before hands go in, then switch off and on what lies on its line"
+    )
 
 
 def jog_to(rig: OpenRig, axis: str, target_deg: float, wait: Wait, tell: Tell = lambda _text: None) -> float:

@@ -76,7 +76,7 @@ def _is_outside(axis: Axis, state: AxisState, left: KnownMotion) -> bool:
 
 
 def _stopped(name: str, state: AxisState, left: KnownMotion) -> str:
-    before = f" (it had been told to {left.order} before)" if left.order else ""
+    before = f" (it had been told to {left.may_be_moved_by} before)" if left.may_be_moved_by else ""
     return f"{name}: moves, though nothing told it to{before}: stopped, at rest at {state.position_deg:g}°"
 
 

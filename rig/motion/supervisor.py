@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState, TurnLook, Wait
-from rig.errors import DeviceSilent, LinkLost, MotionBreach, RigError
+from rig.errors import DeviceRefused, DeviceSilent, LinkLost, MotionBreach, RequestRefused, RigError
 from rig.motion.expectation import (
     Bounds,
     Homing,
@@ -56,6 +56,9 @@ class Warden(Protocol):
 
     def take_trouble(self) -> RigError | None:
         """Return why nothing may move on, once."""
+
+    def why_stop(self) -> str:
+        """Return the same as a text, as far as it is known now; empty where nothing is. It stays to be taken."""
 
 
 class Supervisor:
@@ -109,6 +112,10 @@ class Supervisor:
             self._warden.beat(self._not_standing())
             if seen.is_under_way:
                 self._heed()
+
+    def is_stopped_past_us(self) -> bool:
+        """Return whether the guard told axes to stop: an answer may then be that of a stop."""
+        return self._warden is not None and bool(self._warden.why_stop())
 
     def _heed(self) -> None:
         if self._warden is not None and (trouble := self._warden.take_trouble()) is not None:
@@ -212,7 +219,7 @@ class SupervisedAxis:
         self._before_start()
         # Expected before it is sent: a start that raises may have been heard, and only what is under way is stopped.
         self._expect(expecting_move(self._watched, target_deg, self.speed_dps), f"move to {target_deg:g}°")
-        self._start(lambda: self._axis.start_move(target_deg))
+        self._start(lambda: self._axis.start_move(target_deg), target_deg)
 
     def home(self) -> None:
         """As of the axis. Raises also: MotionBreach."""
@@ -289,7 +296,7 @@ class SupervisedAxis:
         self._before_start()
         task = f"move to {target_deg:g}° at {abs(rate_dps):g} °/s"
         self._expect(expecting_move(self._watched, target_deg, abs(rate_dps)), task)
-        self._start(lambda: self._axis.start_sweep(target_deg, rate_dps))
+        self._start(lambda: self._axis.start_sweep(target_deg, rate_dps), target_deg)
 
     def _arm_watchdog(self, wait: Wait) -> str:
         """Positions may be lost by it, and servos may go to their homes."""
@@ -330,14 +337,24 @@ class SupervisedAxis:
         self._remember(seen)
         raise self._supervisor.refuse(self, breach)
 
-    def _start(self, send: Callable[[], object]) -> None:
-        """Where a start is not acknowledged, another axis may have heard it."""
+    def _start(self, send: Callable[[], object], target_deg: float | None = None) -> None:
+        """Where a start is not acknowledged, another axis may have heard it, or this one may hear it yet."""
+        memory = self._supervisor.memory
+        memory.awaits_answer(self.name, self._clock.now_utc(), target_deg, self._bounds.standing_deg)
         try:
             send()
+        except RequestRefused:
+            memory.withdrawn(self.name)
+            raise
+        except DeviceRefused:
+            memory.answered(self.name)
+            raise
         except RigError:
             with suppress(DeviceSilent, LinkLost):
                 self._supervisor.look_at_others(self)
             raise
+        if not self._supervisor.is_stopped_past_us():
+            memory.answered(self.name)
 
     def _before_start(self) -> None:
         """Where it starts from must be known, and where the others stand."""
@@ -351,7 +368,9 @@ class SupervisedAxis:
         """Note a look for who has to know of it when no further one is possible."""
         if seen is not None:
             at_rest = isinstance(self._watched.task, Standing)
-            self._supervisor.memory.saw(self.name, seen.position_deg, self._clock.now_utc(), is_at_rest=at_rest)
+            now_utc, is_moving = self._clock.now_utc(), bool(seen.is_moving)
+            memory = self._supervisor.memory
+            memory.saw(self.name, seen.position_deg, now_utc, is_at_rest=at_rest, is_moving=is_moving)
 
     def _expect(self, watched: Watched, order: str = "", *, is_turn: bool = False) -> None:
         """``order``: what may move the axis and is about to be sent, for a sentence."""

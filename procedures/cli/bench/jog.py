@@ -177,7 +177,8 @@ def _screen(
         from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
 
         status = jog_on_screen(opened, rig, actions, snapshots, inferred)
-    note(f"every axis stands still; actions are in {actions}")
+        left = by_hand.in_doubt_in_words(opened.motion.in_doubt(opened.axes))
+    note(f"every axis stands still{left}; actions are in {actions}")
     return status
 
 
@@ -250,7 +251,7 @@ def _refuse_unclear(
 
 
 def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait) -> float:
-    with by_hand.seen_at_rest(opened, axis):
+    with by_hand.doubt_named(opened, axis), by_hand.seen_at_rest(opened, axis):
         if to is not None:
             return by_hand.jog_to(opened, axis, to, wait, note)
         if by is not None:
@@ -259,7 +260,8 @@ def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait
 
 
 def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:
-    measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
+    with by_hand.doubt_named(opened, axis):
+        measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
     return {
         "rate_dps": measured.rate_dps,
         "rate_limit_dps": measured.uncertainty_dps,

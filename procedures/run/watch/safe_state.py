@@ -17,8 +17,10 @@ from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 
-NOT_SEEN, CHAMBER = "standstill", "chamber"
-"""The causes of an ending after which not every axis is known to stand still, and of one whose chamber refused."""
+NOT_SEEN, IN_DOUBT, CHAMBER = "standstill", "order in doubt", "chamber"
+"""The causes of an ending after which not every axis is known to stand still, of one after which an order that no
+machine answered may still move an axis, and of one whose chamber refused.
+"""
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""
 MOST_STOPS = 3
@@ -37,22 +39,32 @@ class Safe:
     """Where something failed: what is known all the same, a sentence each for axes that do not answer and outputs."""
     of_chamber: tuple[str, ...] = ()
     """Why the chamber was not sent to its end: axes rest without it, and a person looks all the same."""
+    in_doubt: tuple[str, ...] = ()
+    """Orders that may still move axes that were seen to stand: no machine answered them, and a stop ends none."""
 
     @property
     def cause(self) -> str:
         """The cause of an ending by what failed; empty where nothing did."""
-        return NOT_SEEN if self.failures else CHAMBER if self.of_chamber else ""
+        if self.failures:
+            return NOT_SEEN
+        return IN_DOUBT if self.in_doubt else CHAMBER if self.of_chamber else ""
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """What a person is told of it as the reason of the ending, a sentence each."""
+        return *self.failures, *self.of_chamber, *self.known, *self.in_doubt
 
     @property
     def in_words(self) -> str:
         """What people are told of the axes, a sentence; what failed stands in the reason already."""
-        return axes_in_words(self.positions_deg, self.failures)
+        return axes_in_words(self.positions_deg, self.failures, self.in_doubt)
 
     def detail(self) -> dict[str, object]:
         """Return the event of the journal."""
         known = {"known": list(self.known)} if self.known else {}
         chamber = {"of_chamber": list(self.of_chamber)} if self.of_chamber else {}
-        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known, **chamber}
+        in_doubt = {"in_doubt": list(self.in_doubt)} if self.in_doubt else {}
+        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known, **chamber, **in_doubt}
 
 
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
@@ -75,13 +87,14 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
             failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
     is_hung = any(thread.is_alive() for thread in threads)
     positions_deg = {} if is_hung else _seen_at_rest(rig, failures)
+    in_doubt = rig.motion.in_doubt(positions_deg)
     if not failures and not of_chamber:
-        return Safe((), positions_deg)
+        return Safe((), positions_deg, in_doubt=in_doubt)
     if unopened:  # one cause of whatever else failed
         failures, of_chamber = [unopened], []
     unseen = [name for name in rig.axes if name not in positions_deg]
     known = (*rig.motion.in_words(unseen), *_outputs_left(rig, plan))
-    return Safe(tuple(failures), positions_deg, known, tuple(of_chamber))
+    return Safe(tuple(failures), positions_deg, known, tuple(of_chamber), in_doubt)
 
 
 def _opened_again(rig: OpenRig) -> str:

@@ -71,8 +71,12 @@ class Watch:
 
     @property
     def is_in_doubt(self) -> bool:
-        """True while a value is outside its band and its delay has not passed: the dwells since may yet be void."""
-        return any(seen.outside_since_s is not None and not seen.is_alarmed for seen in self._bands.values())
+        """True while what was measured since may yet be void, or an order that was lost on its way may yet come.
+
+        A value is outside its band, and its delay has not passed.
+        """
+        is_outside = any(seen.outside_since_s is not None and not seen.is_alarmed for seen in self._bands.values())
+        return is_outside or self._rig.motion.waiting_settles(self._rig.axes)
 
     def rests_at(self, positions_deg: Mapping[str, float]) -> None:
         """Note where axes were left; from now on they have no reason to be elsewhere."""

@@ -181,3 +181,12 @@ def test_a_name_of_no_axis_is_refused_and_written_down_whatever_its_letters(tmp_
         assert not turning.bench.guard.has_lease("\ud800")
     lines = (tmp_path / "actions.jsonl").read_text(encoding="utf-8").splitlines()
     assert any(line["kind"] == "refused" and "\\ud800" in line["why"] for line in map(json.loads, lines))
+
+
+def test_a_stop_by_hand_names_an_order_that_no_machine_answered(tmp_path: Path) -> None:
+    with _turning(tmp_path) as turning:
+        turning.rig.motion.sent("pitch", "move to 90°")
+        turning.rig.motion.awaits_answer("pitch", CLOCK.now_utc(), target_deg=90.0, wanders_deg=0.05)
+        turning.bench.stop("enough")
+        turning.until("every axis stands still, but pitch: the order to move to 90° of ")
+    assert "may still come; no stop ends that for certain" in turning.log.path.read_text(encoding="utf-8")
