@@ -342,12 +342,13 @@ def _check_issue(signed: SignOff, certificate: Certificate, there: Certificate |
         )
 
 
-def _next_signature(connection: Connection) -> int:
+def next_signature(connection: Connection) -> int:
+    """Return the number of the next signature, inside a write transaction."""
     return int(connection.execute(select(func.coalesce(func.max(SIGNATURES.c.sequence), 0))).scalar_one()) + 1
 
 
 def _insert(connection: Connection, sha256: str, signature: Signature, kind: str, identified_by: str) -> None:
-    sequence = _next_signature(connection)
+    sequence = next_signature(connection)
     columns = {name: value for name, value in vars(signature).items() if name != "function"}
     written = [Written(SIGNATURES, [{"sequence": sequence, "sha256": sha256, **columns}])]
     if signature.function:

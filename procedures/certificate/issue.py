@@ -17,6 +17,7 @@ from ams.whole_file import write_whole
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import certificate_page, certificate_paper
 from procedures.delivery.deliver import attachments
+from procedures.delivery.taken_back_sets import require_standing_dwells
 
 
 @dataclass(frozen=True)
@@ -62,8 +63,12 @@ class GroundsOf:
     is_specimen: bool = False
 
     def complete(self, archive_url: str, key: str) -> Grounds:
-        """Return the grounds with set, adjustment and signatures from the archive. Raises: ArchiveError."""
+        """Return the grounds with set, adjustment and signatures from the archive.
+
+        Raises: RequestError where dwells of the set were taken back since; ArchiveError.
+        """
         coefficients = show(archive_url, key)
+        require_standing_dwells(archive_url, coefficients.sha256, "nothing was issued")
         return Grounds(
             number=self.number,
             issued=self.issued.astimezone(UTC).date(),

@@ -62,7 +62,7 @@ def certificate_page(grounds: Grounds) -> str:
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
         equipment=equipment_of(grounds.coefficients),
-        dwells=dwells_in_words(grounds.coefficients.document),
+        dwells=_dwells(grounds),
         rejected=rejected_lines(grounds.coefficients.document),
         verdict_conditions=conditions_in_words(grounds.coefficients.document),
         meters=[said.fact for said in meters_undeclared(grounds)],
@@ -90,6 +90,12 @@ def certificate_paper(grounds: Grounds, page: str, attachments: Sequence[Attachm
         page, Imprint(f"Calibration certificate {grounds.number}", stamps, f"Certificate {grounds.number}", moment),
         attachments,
     )  # fmt: skip
+
+
+def _dwells(grounds: Grounds) -> str:
+    """Say how many dwells count; of a withdrawn set as its run stood when it was made."""
+    stated = dwells_in_words(grounds.coefficients.document)
+    return stated if grounds.signed.withdrawal is None else f"As the run stood when the set was made: {stated}"
 
 
 def _standing_sentence(grounds: Grounds) -> str:

@@ -28,6 +28,7 @@ from procedures.delivery.kept_sets import kept_sets
 from procedures.delivery.parts import DONE, NOT_DUE, Parts
 from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
+from procedures.delivery.taken_back_sets import withdraw_taken_back
 from procedures.delivery.unsolved import keep_tracebacks
 from procedures.errors import RequestError
 from procedures.journal.audit_trail import clock_words, missing_in
@@ -137,7 +138,7 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     kept: Mapping[str, CoefficientSet] | None = {}
     if archive_url is not None:
         url = archive_url
-        kept = parts.made("archive", lambda: kept_sets(url, sets))
+        kept = parts.made("archive", lambda: _kept(url, run.folder, sets))
         sets = {**sets, **(kept or {})}
     if not names:
         parts.leave_out(("set", "archive", "exports"), _why_no_set(run))
@@ -211,6 +212,12 @@ def _write_plain(run: SolvedRun, view: RunView | None, parts: Parts) -> None:
 
 def _tracebacks(run: SolvedRun) -> dict[str, str]:
     return {name: solved.traceback for name, solved in run.sensors.items() if solved.traceback}
+
+
+def _kept(archive_url: str, folder: Path, sets: Mapping[str, CoefficientSet]) -> dict[str, CoefficientSet]:
+    """Withdraw what the journal took back since; return as :func:`kept_sets`. Raises: ams.errors.ArchiveError."""
+    withdraw_taken_back(archive_url, folder)
+    return kept_sets(archive_url, sets)
 
 
 def _why_withdrawn(sets: Mapping[str, CoefficientSet]) -> str:
@@ -385,6 +392,6 @@ def publish_folder(
     if not sets:
         raise RequestError(f"{folder}: no sensor has a set: {'; '.join(_without_set(run))}; nothing was published")
     url = archive_of(run.record.is_simulated)
-    sets |= kept_sets(url, sets)
+    sets |= _kept(url, folder, sets)
     standing = {name: made for name, made in sets.items() if made.withdrawal is None}
     return url, publish_solved(url, folder, run.record, run.sensors, standing or sets, override, supersede)

@@ -12,6 +12,7 @@ from ams.errors import ArchiveError, ArchiveUnknown
 from ams.findings import Finding
 from ams.sets.coefficients import CoefficientSet
 from procedures.delivery.lessons import teach
+from procedures.delivery.taken_back_sets import withdraw_previous
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.run_findings import findings_of_sensor
@@ -37,6 +38,7 @@ def publish_solved(
     measured = measured_sensors(record, solved, sets)
     usage = record.plan.usage_pitch_deg
     now = SystemClock().now_utc()
+    withdraw_previous(archive_url, sets, record.run_id, is_simulated=record.is_simulated)
     published = publish_run(
         archive_url, entry, measured, now, usage_pitch_deg=usage, override=override,
         lineage=record.lineage, supersede=supersede,

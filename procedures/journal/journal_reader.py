@@ -238,24 +238,24 @@ class JournalReader:
         return events, self._verify_dwells(_promised(events), voided)
 
     def sha256_of_content(self) -> str:
-        """Return the SHA-256 of header, events and dwells as they were written.
-
-        The state of the file around them does not matter.
+        """Return the SHA-256 of header, events and dwells as they were written, whatever the file around them.
 
         Notes and acknowledgements behind the last other event change nothing of what was measured.
         """
         return self.contents()[0]
 
     def contents(self) -> tuple[str, ...]:
-        """Return :meth:`sha256_of_content`, and behind it what it was at each end before the present one."""
+        """Return :meth:`sha256_of_content`, and behind it what it was at each end that it grew out of."""
         rows, dwells = list(self._rows(_EVENT_DIGESTS)), [row[-1] for row in self._rows(_DWELL_DIGESTS)]
         ends = [index for index, (_, kind, detail, _) in enumerate(rows) if kind == "state" and _is_finish(detail)]
+        if not any(row[1] == VOIDED for row in rows[max(ends, default=0) :]):
+            ends = ends[:-1]
         last = len(rows)
         while last and rows[last - 1][1] in AFTERTHOUGHTS:
             last -= 1
         return self._digest([row[-1] for row in rows[:last]], dwells), *(
             self._digest([row[-1] for row in rows[: end + 1]], dwells[: sum(row[1] == "dwell" for row in rows[:end])])
-            for end in ends[:-1]
+            for end in ends
         )
 
     def _digest(self, events: Sequence[str], dwells: Sequence[str]) -> str:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from cyclopts import App
 
+from ams.archive.approvals import WITHDRAWN
 from ams.archive.connection import migrate as migrate_archive
 from ams.archive.dated_ahead import archived_ahead
 from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list
@@ -40,6 +41,7 @@ from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
 from procedures.cli.output import note, print_json, say, say_lines
 from procedures.cli.results.coefficients_text import set_text
+from procedures.delivery.taken_back_sets import require_standing_dwells, taken_back_of
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
 from rig.local_time import local_day
@@ -178,6 +180,8 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
     signed = sign_off(url, found.sha256)
     for sentence in ahead_of_clock([found], datetime.now(UTC)):
         note(sentence)
+    if taken_back := taken_back_of(url, found.sha256):
+        note(f"{taken_back}: it must not be used")
     if json:
         _note_withdrawal(found.sensor, signed)
         print_json(found.document)
@@ -273,6 +277,8 @@ def sign(
         A remark; the reason where a set is withdrawn.
     """
     url = archive_url(archive)
+    if role != WITHDRAWN:
+        require_standing_dwells(url, key, "nothing was signed")
     who = signer(operator, secret_file)
     signed = sign_set(
         url, key, role, who, datetime.now(UTC), comment, function=function, identified_by=IDENTIFIED_BY_NAME
@@ -306,6 +312,7 @@ def accept(
         Why it does not forbid the use of the set; needed.
     """
     url = archive_url(archive)
+    require_standing_dwells(url, key, "nothing was signed")
     who = signer(operator, secret_file)
     _tell(
         accept_finding(url, key, finding, who, datetime.now(UTC), reason, identified_by=IDENTIFIED_BY_NAME), json=json
@@ -333,6 +340,7 @@ def release(
         Why it may be used; needed.
     """
     url = archive_url(archive)
+    require_standing_dwells(url, key, "nothing was signed")
     who = signer(operator, secret_file)
     _tell(release_set(url, key, who, datetime.now(UTC), reason, identified_by=IDENTIFIED_BY_NAME), json=json)
 

@@ -19,7 +19,7 @@ from procedures.cli.archive.text import adjustment_lines, plain
 from procedures.cli.locations import JOURNAL, archive_url, find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, note_paragraph, print_json, say
-from procedures.cli.run.archive_url import url_of_run
+from procedures.cli.steer.archive_url import url_of_run
 from procedures.delivery.deliver import publish_folder
 from procedures.delivery.publish import history_findings
 from procedures.errors import RequestError

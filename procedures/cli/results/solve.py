@@ -6,9 +6,9 @@ from dataclasses import replace
 from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say, telling_what_is_done
 from procedures.cli.results.findings_text import check_trials, findings_lines
-from procedures.cli.run.archive_url import url_of_run
 from procedures.cli.run.run import tell, tell_failures
 from procedures.cli.run.working import working
+from procedures.cli.steer.archive_url import url_of_run
 from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.delivery.unsolved import page_of_unsolved

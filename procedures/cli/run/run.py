@@ -38,12 +38,12 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note, note_paragraph, print_json, say, telling_what_is_done
 from procedures.cli.program_log import tell as log
-from procedures.cli.run.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
 from procedures.cli.run.opening import Opening, opening
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
+from procedures.cli.steer.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
 from procedures.cli.steer.choose_run import run_in_state
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.lessons import learned

@@ -12,7 +12,7 @@ from procedures.cli.locations import (
     left_out_where_empty,
     new_run_folder,
 )
-from procedures.cli.run.archive_url import require_archive_url
+from procedures.cli.steer.archive_url import require_archive_url
 from procedures.errors import RequestError
 
 

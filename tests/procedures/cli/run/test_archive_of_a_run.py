@@ -7,7 +7,7 @@ from command import call
 from job_files import job
 from small_run import StopAt, bench
 
-from procedures.cli.run.archive_url import archive_of_run, as_kept
+from procedures.cli.steer.archive_url import archive_of_run, as_kept
 from procedures.journal.journal_reader import JournalReader
 from procedures.run.services import RunServices
 
