@@ -4,11 +4,13 @@ A format is one file with a :class:`ams.exports.format.Format` and one entry poi
 """
 
 from codecs import BOM_UTF8
+from dataclasses import replace
 from pathlib import Path
 
 from ams.errors import SetError
 from ams.exports.format import Format
 from ams.exports.json_text import INTACT
+from ams.exports.withdrawn_folder import withdrawn_beside
 from ams.registry import Registry
 from ams.sets.coefficients import CoefficientSet
 from ams.whole_file import read_whole, write_whole
@@ -72,6 +74,8 @@ def _by_ending(path: Path) -> Format | None:
 def load_set(path: str | Path) -> CoefficientSet:
     """Return the set in a file of any format, every check made but the recomputation of the test vectors (``verify``).
 
+    One of a folder that says so is withdrawn.
+
     Raises: SetError naming the file, what is wrong with it and what to do.
     """
     file = Path(path)
@@ -81,4 +85,5 @@ def load_set(path: str | Path) -> CoefficientSet:
             f"{path}: begins with a byte order mark (bytes ef bb bf), with which no set is written: saved again by "
             f"another program, such as an editor or a spreadsheet; {INTACT}"
         )
-    return form.from_bytes(content, str(path))
+    found, word = form.from_bytes(content, str(path)), withdrawn_beside(file)
+    return found if word is None else replace(found, withdrawal=word)

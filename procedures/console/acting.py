@@ -38,7 +38,7 @@ class Acting:
         return await self.answer(request, act, rig, partial(self._perform, folder), f"/run/{folder.name}")
 
     def _perform(self, folder: Path, action: Action) -> Answer:
-        return perform(folder, action, self._console.clock)
+        return perform(folder, action, self._console.clock, self._console.archive_url)
 
     async def answer(
         self,

@@ -14,6 +14,7 @@ from typing import get_args
 
 from procedures.console.rights import STOPS, Act
 from procedures.console.withheld import withheld_sentence
+from procedures.delivery.ended_results import archive_kept_by, end_results
 from procedures.errors import ProcedureError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, acknowledge, add_note, redo, void_from
 from procedures.journal.journal_reader import JournalReader
@@ -106,13 +107,13 @@ def _counted(act: Act, name: str = "number") -> str:
     return {"redo": "the replication to measure again", "void": "the step to take back from"}.get(act, "its number")
 
 
-def perform(folder: Path, action: Action, clock: Clock) -> Answer:
-    """Do it, or say why not."""
+def perform(folder: Path, action: Action, clock: Clock, archive_url: str) -> Answer:
+    """Do it, or say why not. ``archive_url``: of the console, where the run keeps no other."""
     try:
         if action.act == "abort":
             return _abort(folder, action, clock.now_utc())
         if action.act in ("void", "redo"):
-            return _take_back(folder, action, clock)
+            return _take_back(folder, action, clock, archive_url)
         if is_owned(folder):
             return _ask(folder, action, clock.now_utc())
         return _write(folder, action, clock)
@@ -172,16 +173,16 @@ def _write(folder: Path, action: Action, clock: Clock) -> Answer:
     return Answer(REFUSED, f"cannot {action.act}: no process runs this run; nothing was asked")
 
 
-def _take_back(folder: Path, action: Action, clock: Clock) -> Answer:
+def _take_back(folder: Path, action: Action, clock: Clock, archive_url: str) -> Answer:
     """Void dwells from a step on, or a replication: they are kept, and measured again."""
     if action.number is None:
         return Answer(WRONG, f"{action.act}: {_counted(action.act)} is missing; nothing was changed")
     _require_seen(folder, action)
     word = Authorisation(action.by, action.text, action.is_remounted, VIA, action.address)
     count = (void_from if action.act == "void" else redo)(folder, action.number, word, clock)
-    return Answer(
-        ACCEPTED, f"{count} dwells taken back; calrig resume {shlex.quote(str(folder.absolute()))} measures them again"
-    )
+    ended = end_results(folder, archive_kept_by(folder, archive_url))
+    again = f"calrig resume {shlex.quote(str(folder.absolute()))} measures them again"
+    return Answer(ACCEPTED, "; ".join((f"{count} dwells taken back", again, *ended.done, *ended.remains)))
 
 
 def _require_seen(folder: Path, action: Action) -> None:

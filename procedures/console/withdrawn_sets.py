@@ -7,11 +7,15 @@ from ams.errors import ArchiveError
 def withdrawn_sentence(archive_url: str, run_id: str) -> str:
     """Return whose sets of a run were withdrawn, by whom, when and why; empty where none was.
 
+    What was published of the run since, as after dwells were taken back and measured again, takes their place.
     Empty too where the archive tells nothing, which the pages of the archive and of the night say.
     """
     try:
         sets = list_sets(archive_url, search=Search(run_id=run_id))
     except ArchiveError:
         return ""
-    gone = [f"the set of {entry.sensor} is {entry.withdrawal}" for entry in sets if entry.withdrawal is not None]
+    latest = {entry.sensor: entry for entry in sets}
+    gone = [
+        f"the set of {name} is {entry.withdrawal}" for name, entry in latest.items() if entry.withdrawal is not None
+    ]
     return f"Not to be used: {'; '.join(gone)}." if gone else ""

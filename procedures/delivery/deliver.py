@@ -28,6 +28,7 @@ from procedures.delivery.kept_sets import kept_sets
 from procedures.delivery.parts import DONE, NOT_DUE, Parts
 from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
+from procedures.delivery.set_aside import EXPORTS_FOLDER, SETS_FOLDER, set_old_aside
 from procedures.delivery.taken_back_sets import withdraw_taken_back
 from procedures.delivery.unsolved import keep_tracebacks
 from procedures.errors import RequestError
@@ -145,6 +146,7 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     elif not sets:
         parts.fail(("archive", "exports"), "there is no set")
     tell("writing coefficient sets, archive and exports")
+    parts.made("set", lambda: set_old_aside(run.folder, sets, run.record.plan.sensors))
     standing = {name: made for name, made in sets.items() if made.withdrawal is None}
     if len(standing) < len(sets):
         parts.leave_out(("set", "archive", "exports"), _why_withdrawn(sets))
@@ -231,7 +233,7 @@ def _why_no_set(run: SolvedRun) -> str:
 
 
 def _written_sets(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> dict[str, Path]:
-    return {name: _write(coefficients, run.folder / "coefficients", "json") for name, coefficients in sets.items()}
+    return {name: _write(coefficients, run.folder / SETS_FOLDER, "json") for name, coefficients in sets.items()}
 
 
 def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
@@ -244,7 +246,7 @@ def _exported(run: SolvedRun, sets: Mapping[str, CoefficientSet]) -> list[Path]:
     for coefficients in sets.values():
         for kind in run.record.plan.export_formats:
             try:
-                paths.append(_write(coefficients, run.folder / "exports", kind))
+                paths.append(_write(coefficients, run.folder / EXPORTS_FOLDER, kind))
             except AmsError as error:
                 refusals.append(error)
     if refusals:

@@ -1,6 +1,5 @@
 """``calrig note``, ``ack``, ``void``, ``redo``, ``handover``, ``salvage``: what people do beside steering a run."""
 
-import shlex
 import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -9,8 +8,6 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ams.archive.refusals import without_password
-from ams.errors import ArchiveError
 from procedures.cli.locations import find_run, person_named
 from procedures.cli.options import (
     RUNS,
@@ -26,7 +23,7 @@ from procedures.cli.output import note as tell
 from procedures.cli.output import say
 from procedures.cli.steer.archive_url import url_of_run
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
-from procedures.delivery.taken_back_sets import withdraw_taken_back
+from procedures.delivery.ended_results import end_results
 from procedures.errors import ExitStatus, JournalTakenAway, RequestError
 from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
 from procedures.journal.corrections import (
@@ -130,7 +127,7 @@ def void(
     _require_leave(folder, measured_from(folder, from_))
     count = void_from(folder, from_, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
-    _tell_archive(folder)
+    _end_results(folder)
 
 
 def redo(
@@ -156,7 +153,7 @@ def redo(
     _require_leave(folder, measured_of(folder, replication))
     count = redo_replication(folder, replication, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
-    _tell_archive(folder)
+    _end_results(folder)
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> int:
@@ -191,23 +188,15 @@ def salvage(run: NamedRun, /, *, to: Path | None = None, out: RunsFolder = RUNS)
         say("a person answers for it by name and reason (calrig archive release, calrig archive accept)")
 
 
-def _tell_archive(folder: Path) -> None:
-    """Have the archive of the run withdraw the sets that rested on what was taken back; say which, or what remains."""
+def _end_results(folder: Path) -> None:
+    """End what rested on the dwells that were taken back, in the folder and in the archive of the run; say both."""
     with JournalReader.open(folder) as reader:
         is_simulated = reader.header.is_simulated
-    url = url_of_run(folder, None, is_simulated=is_simulated)
-    shown = without_password(url)
-    try:
-        gone = withdraw_taken_back(url, folder)
-    except ArchiveError as error:
-        tell(
-            f"{error}; the sets of this run still stand in the archive {shown}: when it answers, calrig solve "
-            f"{shlex.quote(str(folder))} withdraws them there; until then do not use them"
-        )
-        return
-    if gone:
-        named = ", ".join(f"{entry.sha256[:12]} of {entry.sensor}" for entry in gone)
-        say(f"withdrawn in the archive {shown}: {'set' if len(gone) == 1 else 'sets'} {named}; not to be used any more")
+    ended = end_results(folder, url_of_run(folder, None, is_simulated=is_simulated))
+    for sentence in ended.done:
+        say(sentence)
+    for sentence in ended.remains:
+        tell(sentence)
 
 
 def _require_leave(folder: Path, dwells: Sequence[DwellRecord]) -> None:

@@ -11,10 +11,13 @@ from finished_job import FinishedJob
 
 from ams.archive.sets import list_sets
 from ams.archive.signatures import sign, verify_archive
-from ams.errors import ArchiveForbids
+from ams.errors import ArchiveForbids, SetWithdrawn
+from ams.exports.formats import load_set
+from ams.exports.withdrawn_folder import WITHDRAWN_FILE
 from ams.surveillance.adjustment import Adjustment
 from procedures.delivery.deliver import SolvedRun, sets_of, solve_run
 from procedures.delivery.publish import publish_solved
+from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.taken_back import taken_back_since
 
 NOW = datetime(2026, 3, 5, tzinfo=UTC)
@@ -135,3 +138,57 @@ def test_an_archive_that_does_not_answer_is_named_with_what_remains_to_be_done(
     aside.replace(archive)
     call(capsys, "solve", run)
     assert [entry.status for entry in list_sets(url)] == ["withdrawn"]
+
+
+def test_files_that_rest_on_dwells_taken_back_are_moved_aside_and_say_so(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """They stayed where they were, with a report that read "usable", and every command took them."""
+    sets, sealed = run / "coefficients", (run / "coefficients" / f"{SENSOR}.json").read_bytes()
+    exports, report = sorted(path.name for path in (run / "exports").iterdir()), (run / "report.html").read_bytes()
+    told = call(capsys, "void", run, "--from", _first_step(run), *WHY)
+    aside = run / "superseded-1"
+    assert f"{aside}: holds the sets, exports and report of before, which must not be used any more" in told.out
+    assert not sets.exists()
+    assert not (run / "exports").exists()
+    assert (aside / "coefficients" / f"{SENSOR}.json").read_bytes() == sealed, "no sealed byte changed"
+    assert (aside / "report.html").read_bytes() == report
+    assert sorted(path.name for path in (aside / "exports").iterdir()) == sorted([*exports, WITHDRAWN_FILE])
+    page = (run / "report.html").read_text(encoding="utf-8")
+    assert "were taken back after it was made, by Anna on " in page
+    assert "There is no result to use" in page
+    moved = load_set(aside / "coefficients" / f"{SENSOR}.json")
+    with pytest.raises(SetWithdrawn, match=r"withdrawn by Anna on .* fixture was loose"):
+        moved.require_standing("here", "nothing was done")
+    refused = call(capsys, "export", aside / "coefficients" / f"{SENSOR}.json", "--to", "c", "--out", run / "x.h")
+    assert (refused.status, "withdrawn by Anna" in refused.err) == (2, True)
+    rows = run / "rows.csv"
+    rows.write_text("time_s,x,y,z\n0,0.1,0.1,2.5\n", encoding="utf-8")
+    read = call(capsys, "attitude", aside / "coefficients" / f"{SENSOR}.json", rows)
+    assert (read.status, "withdrawn by Anna" in read.err) == (2, True)
+
+
+def test_a_run_that_is_solved_again_leaves_no_file_of_what_was_taken_back(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """After dwells were taken back by a version that moved nothing: the report had no result, and 77 exports stayed."""
+    for replication in (1, 2):
+        redo(run, replication, Authorisation("Anna", "fixture was loose"))
+    assert (run / "coefficients").is_dir()
+    call(capsys, "solve", run)
+    assert not (run / "coefficients").exists()
+    assert not (run / "exports").exists()
+    assert (run / "superseded-1" / "exports" / WITHDRAWN_FILE).is_file()
+    assert "calibration report" in (run / "report.html").read_text(encoding="utf-8")
+    call(capsys, "solve", run)
+    assert not (run / "superseded-2").exists(), "once"
+
+
+def test_files_of_a_sensor_that_has_no_set_any_more_are_moved_aside(
+    run: Path, url: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sign(url, SENSOR, "withdrawn", "C. Lim", NOW, "wrong mount")
+    call(capsys, "solve", run)
+    assert list((run / "coefficients").iterdir()) == list((run / "exports").iterdir()) == []
+    moved = run / "superseded-1" / "coefficients" / f"{SENSOR}.json"
+    assert load_set(moved).standing == "withdrawn by C. Lim on 2026-03-05 (UTC): wrong mount"
