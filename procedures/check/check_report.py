@@ -181,6 +181,7 @@ def _design_document(report: CheckReport) -> dict[str, Any]:
         "usage_figure_of_merit_sqrt": figures.usage_figure_of_merit_sqrt,
         "time_correlation": figures.time_correlation,
         "drift_bias": {order: dict(bias) for order, bias in figures.drift_bias.items()},
+        "roll_errors_alike_every_deg": figures.roll_errors_alike_every_deg,
         "expected_standard_uncertainty": expected,
         "usage_pitch_deg": list(report.forecast.usage_pitch_deg or ()),
         "expected_angle_half_width_deg": {

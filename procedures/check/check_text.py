@@ -119,6 +119,14 @@ def _add_figures(table: "Table", report: CheckReport, figures: DesignFigures) ->
     largest = {order: max(map(abs, bias.values()), default=0.0) for order, bias in figures.drift_bias.items()}
     shares = ", ".join(f"{order} {share:.2g}" if share > _NOTHING else f"{order} 0" for order, share in largest.items())
     table.add_row("bias by drift", f"share of a linear drift over a replication that one parameter takes: {shares}")
+    alike = figures.roll_errors_alike_every_deg
+    if alike is not None:
+        table.add_row(
+            "unseen of roll",
+            f"errors of the axis that repeat every {alike:g}° ({360.0 / alike:g} waves a turn and multiples): alike at "
+            "every point, they pass for a turned package, and no residual holds them against what is declared; a few "
+            "rolls off the even steps do",
+        )
 
 
 def _steps(report: CheckReport) -> "Table":

@@ -6,6 +6,8 @@ noise, the lack of fit and the drift that are believed beforehand and are told w
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import gcd
+from typing import Final
 
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
@@ -35,6 +37,12 @@ from rig.description.rig_file import RigDescription
 
 _NO_PARAMETERS = (TRACELESS_NAME, REFERENCE_NAME, "reference_temperature_degc")
 """Stated beside the parameters: made from others, or chosen."""
+_STEPS_PER_DEG: Final = 1000
+_TURN: Final = 360 * _STEPS_PER_DEG
+_FEWEST_ROLLS: Final = 2
+"""With no more there is no step that they could lie off."""
+_MOST_WAVES: Final = 72
+"""A turn: finer ones are of steps below 5°."""
 
 
 def forecast_of_design(
@@ -68,6 +76,7 @@ def forecast_of_design(
         usage_figure_of_merit_sqrt=judged.figures.usage_figure_of_merit_sqrt,
         time_correlation=correlation,
         drift_bias=_drift_bias(plan),
+        roll_errors_alike_every_deg=_alike_every_deg(plan),
     )
     followed = recommendations(plan, believed, sensors)
     return Forecast(
@@ -96,6 +105,16 @@ def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
     yield from (said.text for said in undeclared)
     if plan.environment is None:
         yield from use_remarks(rig, plan.solve, plan.sensors)
+
+
+def _alike_every_deg(plan: Plan) -> float | None:
+    """Return the period of errors of the roll axis that every point has alike; None where rolls lie in no even steps.
+
+    Such errors pass for a turn of the package: whether they are within what is declared no residual tells.
+    """
+    steps = {round(point.roll_deg * _STEPS_PER_DEG) for point in plan.design.points}
+    waves = _TURN // gcd(_TURN, *(step - min(steps) for step in steps))
+    return 360.0 / waves if len(steps) > _FEWEST_ROLLS and waves <= _MOST_WAVES else None
 
 
 def usage_of(procedure: ProcedureDescription, plan: Plan) -> Usage:

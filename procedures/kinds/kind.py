@@ -71,6 +71,8 @@ class DesignFigures:
     """The largest correlation, without sign, of time within a replication with a term of the model."""
     drift_bias: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """Order to primary parameter to its bias by a drift of one volt over a replication."""
+    roll_errors_alike_every_deg: float | None = None
+    """Errors of the roll axis with this period pass for a turn of the package; None: rolls lie in no even steps."""
 
 
 @dataclass(frozen=True)

@@ -70,6 +70,23 @@ def test_time_hardly_correlates_there_and_back_and_does_in_a_serpentine(tmp_path
     )
 
 
+@pytest.mark.parametrize("step_deg", [15.0, 30.0, 45.0, 60.0, 90.0])
+def test_errors_of_roll_that_every_point_has_alike_are_told_with_their_period(tmp_path: Path, step_deg: float):
+    """An encoder of so many waves is the same at all rolls of the design, and one of a wave less is not."""
+    document = to_document(check(rig_file(tmp_path), procedure_file(tmp_path, ("step = 90.0", f"step = {step_deg}"))))
+    roll = np.radians(np.arange(-180.0, 180.0, step_deg))
+    waves = 360.0 / document["roll_errors_alike_every_deg"]
+    assert np.ptp(np.sin(waves * roll + 1.0)) < 1e-9
+    assert all(np.ptp(np.sin(fewer * roll + 1.0)) > 0.1 for fewer in np.arange(1.0, waves))
+
+
+def test_rolls_in_no_even_steps_have_no_such_errors(tmp_path: Path):
+    rolls = ("roll_deg = { from = -180.0, to = 180.0, step = 90.0 }", "roll_deg = [-180.0, -90.0, 2.0, 93.0]")
+    kind = ('kind = "D1"', 'kind = "D"')
+    document = to_document(check(rig_file(tmp_path), procedure_file(tmp_path, kind, rolls)))
+    assert document["roll_errors_alike_every_deg"] is None
+
+
 def test_a_stated_noise_is_taken_before_the_twins_and_half_an_arc_second_without_either(tmp_path: Path):
     arcsec_v = 2.5 * np.deg2rad(1.0 / 3600.0)
     stated = procedure_file(tmp_path, more="[solve]\nexpected_noise_arcsec = 2.0\n")

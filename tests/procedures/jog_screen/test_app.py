@@ -171,7 +171,7 @@ def test_a_stop_voids_keys_that_were_struck_before_it_but_not_yet_heard(tmp_path
                 await _until(pilot, lambda: not bench.view.is_stopping)
                 _press(pilot, "enter", "s")
                 await _told(pilot, "snapshot 1")
-                assert not any("40" in line.text for line in bench.view.messages)
+                assert not any("+40" in line.text for line in bench.view.messages)
 
     asyncio.run(act())
 
