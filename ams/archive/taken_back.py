@@ -51,6 +51,23 @@ def set_of_run(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_
     return found[0] if found else None
 
 
+def later_set_of_run(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> tuple[str, str] | None:
+    """Return a set and the one that takes its place, by checksum; None where none does.
+
+    That is the last published of the same run and sensor that nobody withdrew. Raises: ArchiveError.
+    """
+    with reading(archive_url, busy_timeout_s) as connection:
+        sha256 = find_set(connection, key)
+        columns = (SETS.c.run_id, SETS.c.sensor, SETS.c.published_utc)
+        run_id, sensor, published_utc = connection.execute(select(*columns).where(SETS.c.sha256 == sha256)).one()
+        later = select(SETS.c.sha256).where(
+            SETS.c.run_id == run_id, SETS.c.sensor == sensor, SETS.c.published_utc > published_utc,
+            SETS.c.sha256.not_in(withdrawn()),
+        )  # fmt: skip
+        found: str | None = connection.execute(later.order_by(SETS.c.published_utc.desc()).limit(1)).scalar()
+    return None if found is None else (sha256, found)
+
+
 def latest_sets_before(
     archive_url: str,
     sensors: Iterable[str],

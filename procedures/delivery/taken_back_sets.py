@@ -13,7 +13,14 @@ from pathlib import Path
 from sqlalchemy import make_url
 
 from ams.archive.refusals import without_password
-from ams.archive.taken_back import SetOfRun, latest_sets_before, set_of_run, sets_of_run, withdraw_for_run
+from ams.archive.taken_back import (
+    SetOfRun,
+    later_set_of_run,
+    latest_sets_before,
+    set_of_run,
+    sets_of_run,
+    withdraw_for_run,
+)
 from ams.errors import ArchiveUnknown
 from ams.sets.stated_verdict import Withdrawal
 from procedures.errors import JournalError, RequestError, StorageFailed
@@ -80,6 +87,16 @@ def require_standing_dwells(archive_url: str, key: str, spared: str) -> None:
         f"--archive {shlex.quote(without_password(archive_url))} withdraws it in the archive, and calrig resume {run} "
         "measures again where the run is not closed"
     )
+
+
+def require_last_of_run(archive_url: str, key: str) -> None:
+    """Refuse to sign a set whose run was published again since. Raises: RequestError, ams.errors.ArchiveError."""
+    if (found := later_set_of_run(archive_url, key)) is not None:
+        before, after = found
+        raise RequestError(
+            f"set {before[:12]}: its run was published again since, as set {after[:12]}, which counts; nothing was "
+            f"signed; look at both (calrig archive compare {before[:12]} {after[:12]}), sign that one or withdraw it"
+        )
 
 
 def _withdraw(archive_url: str, sets: Iterable[SetOfRun], word: TakenBack) -> None:

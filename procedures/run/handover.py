@@ -188,6 +188,8 @@ def _solved(run_dir: Path, state: State) -> Iterable[str]:
     report = run_dir / "report.html"
     if state is State.FINISHED and report.exists() and not has_earlier_verdict(run_dir, state):
         yield f"report     {report}"
+    if aside := sorted(path.name for path in run_dir.glob("superseded-*")):
+        yield f"set aside  {', '.join(aside)}: made before dwells were taken back, or withdrawn; not to be used"
 
 
 def _is_stop(event: Event) -> bool:

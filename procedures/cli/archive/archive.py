@@ -41,7 +41,7 @@ from procedures.cli.locations import archive_url
 from procedures.cli.options import Archive, Json, Operator, SecretFile, require_folder_of
 from procedures.cli.output import note, print_json, say, say_lines
 from procedures.cli.results.coefficients_text import set_text
-from procedures.delivery.taken_back_sets import require_standing_dwells, taken_back_of
+from procedures.delivery.taken_back_sets import require_last_of_run, require_standing_dwells, taken_back_of
 from procedures.errors import ExitStatus, RequestError
 from procedures.report.history_figure import history_figure
 from rig.local_time import local_day
@@ -279,6 +279,7 @@ def sign(
     url = archive_url(archive)
     if role != WITHDRAWN:
         require_standing_dwells(url, key, "nothing was signed")
+        require_last_of_run(url, key)
     who = signer(operator, secret_file)
     signed = sign_set(
         url, key, role, who, datetime.now(UTC), comment, function=function, identified_by=IDENTIFIED_BY_NAME

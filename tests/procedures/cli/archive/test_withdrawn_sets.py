@@ -1,7 +1,7 @@
 """What the commands say of a set that was withdrawn: the withdrawal is its verdict, and nothing of it is made again."""
 
 import json
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -102,3 +102,18 @@ def test_what_is_no_set_of_a_file_is_not_published_as_one(tmp_path: Path, capsys
     answered = ("--override", "late", "--operator", "A. Ray")
     assert "belong to runs" in call(capsys, "archive", "publish", of_run, *answered, "--archive", url).err
     assert not (tmp_path / "archive.sqlite").exists()
+
+
+def test_a_set_whose_run_was_published_again_is_not_signed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """As by `calrig resolve --publish`: two sets of one run stood side by side, and either could be signed."""
+    archive, run = f"sqlite:///{tmp_path / 'archive.sqlite'}", a_run(0)
+    publish_run(archive, run, [a_sensor(0)], NOW)
+    publish_run(archive, run, [a_sensor(0, gain=1.001)], NOW + timedelta(days=1))
+    before, after = (entry.sha256[:12] for entry in list_sets(archive))
+    refused = call(capsys, "archive", "sign", before, "prepared", "--operator", "A. Ray", "--archive", archive)
+    assert (refused.status, f"was published again since, as set {after}" in refused.err) == (2, True)
+    allowed = call(capsys, "archive", "sign", after, "prepared", "--operator", "A. Ray", "--archive", archive)
+    assert "nobody of that name has an account" in allowed.err
+    sign(archive, after, "withdrawn", "C. Lim", NOW, "wrong treatment")
+    again = call(capsys, "archive", "sign", before, "prepared", "--operator", "A. Ray", "--archive", archive)
+    assert "nobody of that name has an account" in again.err

@@ -154,6 +154,7 @@ def test_files_that_rest_on_dwells_taken_back_are_moved_aside_and_say_so(
     assert (aside / "coefficients" / f"{SENSOR}.json").read_bytes() == sealed, "no sealed byte changed"
     assert (aside / "report.html").read_bytes() == report
     assert sorted(path.name for path in (aside / "exports").iterdir()) == sorted([*exports, WITHDRAWN_FILE])
+    assert "set aside  superseded-1: made before dwells were taken back" in call(capsys, "handover", run).out
     page = (run / "report.html").read_text(encoding="utf-8")
     assert "were taken back after it was made, by Anna on " in page
     assert "There is no result to use" in page
