@@ -74,6 +74,8 @@ class FilterSettings:
     force_reference_g: Triple = (0.0, 0.0, -1.0)
     field_reference_ut: Triple | None = None
     field_sd_ut: float | None = None
+    field_renewed_s: float = 0.0
+    """In which the errors of the field become others: rows of that time share the weight of one; 0: new in each row."""
     gate: float = GATE
     hold_off_s: float = 0.5
     bridged_rate_sd_rad_s: float = 0.2
@@ -96,6 +98,11 @@ class FilterSettings:
             )
         if (self.field_reference_ut is None) != (self.field_sd_ut is None):
             raise ObservationsError("filter: a field needs its reference and its standard deviation; give both or none")
+
+    @property
+    def field_share(self) -> float:
+        """Of a field whose errors are new, that a row counts for beside its neighbours."""
+        return self.interval_s / max(self.field_renewed_s, self.interval_s)
 
 
 @dataclass(frozen=True)
@@ -136,6 +143,8 @@ class AttitudeFilter:
     _doubtful: int = field(init=False, default=0)
     """Rows that speak against the estimate less those that do not, 0 at least."""
     _was_renewed: bool = field(init=False, default=False)
+    _has_field: bool = field(init=False, default=False)
+    """Whether a field was taken: the first counts whole."""
 
     def __post_init__(self) -> None:
         self._state = state_of(self.estimate)
@@ -205,8 +214,11 @@ class AttitudeFilter:
         of_field = float("nan")
         if self._field is not None:
             if _is_finite(magnetic):
-                of_field = weigh(self._state, magnetic, self._field, self.settings.gate).normalised
-                code |= FIELD_REJECTED if of_field > self.settings.gate else 0
+                share = self.settings.field_share if self._has_field else 1.0
+                of_field = weigh(self._state, magnetic, self._field, self.settings.gate, share=share).normalised
+                is_taken = of_field <= self.settings.gate
+                self._has_field = self._has_field or is_taken
+                code |= 0 if is_taken else FIELD_REJECTED
             else:
                 code |= FIELD_MISSING
         return code, of_force, of_field

@@ -170,10 +170,13 @@ def carry(
     state.covariance = covariance
 
 
-def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float | None = None) -> Weighed:
+def weigh(
+    state: State, measured: Triple, direction: KnownDirection, gate: float | None = None, *, share: float = 1.0
+) -> Weighed:
     """Correct the state by a direction measured in body axes; return its innovation.
 
-    Where the normalised one is above the gate the state stays as it is.
+    Where the normalised one is above the gate the state stays as it is. ``share``: of a measurement whose errors are
+    new, that this one counts for in the state; the gate takes it whole.
     """
     (x, y, z), variance = measured, direction.sd**2
     to_x, to_y, to_z = _matrix(state.quaternion)
@@ -192,6 +195,9 @@ def weigh(state: State, measured: Triple, direction: KnownDirection, gate: float
     weighed = Weighed(normalised_innovation, innovation, spread)
     if gate is not None and normalised_innovation > gate:
         return weighed
+    if share != 1.0:
+        inverse = _inverse(spread, variance / share)
+        weighted = [row[0] * innovation[0] + row[1] * innovation[1] + row[2] * innovation[2] for row in inverse]
     gain = PHt.dot(np.array(inverse))
     # Symmetric as it stands. What Joseph's form would save shows where the prior is 10⁷ times wider than the reading.
     covariance = P - gain.dot(PHt.T)

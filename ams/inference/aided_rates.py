@@ -5,8 +5,9 @@ on the gyros alone, or on a magnetometer beside them. A package that accelerates
 is not used then, nor a field that something nearby disturbs, and that is said. All packages stand in the same axes. The
 normalised innovations are counted: where the assumptions hold, their mean is three.
 
-To the filter's covariance, which takes the errors of forces and fields as new in every row, comes what is the same in
-all rows: what the sets leave open, and what is stated of the field (:mod:`ams.inference.lasting_errors`).
+To the filter's covariance, which takes the errors of forces as new in every row and those of the field as new every
+five seconds, comes what is the same in all rows: what the sets leave open, and what is stated of the field
+(:mod:`ams.inference.lasting_errors`).
 
 The zeros start as uncertain as the covariance of the set makes them, with what the set counts of their shift since the
 calibration, or what is stated of it, or 0.1 °/s; a rest at the beginning measures them. The Earth's turn is taken off
@@ -53,6 +54,8 @@ UNSTATED_TILT_SD_DEG: Final = 5.0
 KNOWN: Final = ("true_pitch_deg", "true_yaw_deg", "true_roll_deg")
 """Columns of the attitude where it is known, as on a table: the estimate is held against it."""
 LEAST_SPREAD_RAD: Final = 1e-5
+FIELD_RENEWED_S: Final = 5.0
+"""What disturbs a field comes and goes with what moves near by, in seconds and not in rows."""
 _CODES: Final = (
     (attitude_filter.GYRO_BRIDGED, flag_codes.RATE_BRIDGED),
     (attitude_filter.FORCE_REJECTED, flag_codes.ACCELERATED),
@@ -311,6 +314,7 @@ class AidedAngles:
             self.aiding.force_sd_g,
             field_reference_ut=None if field_aid is None else field_aid.reference_ut,
             field_sd_ut=None if field_aid is None else self._field_sd_ut(field_aid, field, readings),
+            field_renewed_s=FIELD_RENEWED_S,
             frame_rate_rad_s=None if earth is None else tuple(earth.rate_rad_s.tolist()),
             unknown_frame_rate_rad_s=EARTH_RATE_RAD_S if earth is None else 0.0,
         )

@@ -74,7 +74,7 @@ def _turns(settings: FilterSettings) -> tuple[FloatArray, FloatArray]:
         return np.asarray(-np.linalg.pinv(weighed @ H) @ weighed, dtype=float), np.zeros((3, 3))
     of_field = known_direction(np.asarray(settings.field_reference_ut), settings.field_sd_ut)
     H_field = of_field.H[:, :3]
-    weighed_field = H_field.T / of_field.sd**2
+    weighed_field = H_field.T * (settings.field_share / of_field.sd**2)
     together = weighed @ H + weighed_field @ H_field
     turns = np.asarray(-np.linalg.solve(together, np.hstack([weighed, weighed_field])), dtype=float)
     return turns[:, :3], turns[:, 3:]
