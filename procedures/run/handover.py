@@ -9,6 +9,7 @@ from ams.analysis.diagnostics.take_back import void_command
 from ams.finding_kinds import OF_THE_METER
 from procedures.common_mode.ways_out import measured_again
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
+from procedures.journal.dropped_sensors import read_dropped
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
@@ -24,7 +25,7 @@ from procedures.journal.stop_advice import (
     of_damage,
 )
 from procedures.journal.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
-from procedures.journal.voids import QUARANTINED
+from procedures.journal.voids import DROPPED, QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN, STRAY_MOTION
 from procedures.records.states import ACTIVE, State, state_sentence
@@ -44,6 +45,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         events = list(on_one_clock(stamped))
         dwells = list(dwells_on_one_clock(reader.dwells(with_samples=False), stamped))
         damage, left_out = reader.damage(), reader.quarantined()
+        dropped = read_dropped(reader)
     last = next(event for event in reversed(events) if event.kind == "state")
     cause = str(last.detail.get("cause", ""))
     doubts, numbers = _meter_doubts(run_dir, events, dwells), numbers_of(str(run_dir), events, dwells)
@@ -77,7 +79,8 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("salvaged", [event for event in events if event.kind == QUARANTINED and event.detail.get("reason")]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
-        *_listed("dropped", [event for event in events if event.kind == "dropped"]),
+        *_listed("dropped", [event for event in events if event.kind == DROPPED]),
+        *[f"  {one_line(sensor.sentence(shlex.quote(str(run_dir))))}" for sensor in dropped],
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
@@ -251,4 +254,5 @@ def _listed(name: str, events: list[Event]) -> Iterable[str]:
     for event in events[-_MOST:]:
         text = event.detail.get("text") or event.detail.get("reason") or event.detail.get("to") or ""
         by = f" {event.detail['by']}:" if event.detail.get("by") else ""
-        yield one_line(f"  {at_both(event.utc)}{by} {text}")
+        whom = f" {event.detail['sensor']}:" if event.detail.get("sensor") else ""
+        yield one_line(f"  {at_both(event.utc)}{by}{whom} {text}")

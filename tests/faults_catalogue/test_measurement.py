@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from case_shares import rest_to_thorough
+from command import call
 from faulty_rig import FaultyReadout, FaultyRig
 from runs_with_faults import two_packages
 from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
@@ -14,6 +15,7 @@ from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.records.states import State
+from procedures.run.handover import handover
 from procedures.run.resume import resume_on
 from rig.assembly.open_rig import Rig, open_rig
 from rig.devices.abilities import Burst, Readout, Wait
@@ -135,6 +137,63 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
     page = delivery.report.read_text(encoding="utf-8")
     assert "SN2 was dropped: step" in page
     assert "it was dropped while the run went on without it" in page
+
+
+def _unplugged_in_mid_run(folder: Path) -> tuple[Bench, Path]:
+    """Return a run that was stopped behind the dwell at which it dropped its second sensor, and some more dwells."""
+    small = two_packages(folder)
+
+    def unplugged(number: int, burst: Burst) -> Burst:
+        is_gone = number >= 70 and burst.channel in ("dmm.u", "dmm.v")
+        return replace(burst, samples=np.zeros(burst.samples.size)) if is_gone else burst
+
+    unattended = UnattendedRun(folder / "run", after={12: asks("stop")})
+    assert run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, spoil=unplugged)).state is State.STOPPED
+    return small, unattended.run_dir
+
+
+def _lacking(run_dir: Path) -> list[int]:
+    found = [dwell for dwell in dwells_of(run_dir) if dwell.accepted and dwell.purpose != "check"]
+    return [dwell.step for dwell in found if "dmm.u" not in dwell.readings]
+
+
+def test_fault_61_a_sensor_whose_drop_is_taken_back_is_measured_again_and_solved(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    small, run_dir = _unplugged_in_mid_run(tmp_path)
+    (event,) = events(run_dir, "dropped")
+    step, lacking = event.detail["step"], _lacking(run_dir)
+    assert len(lacking) > 1
+    assert lacking[0] == step
+    stays = (
+        f"SN2 stays dropped since step {step}: {len(lacking)} dwells that count lack it; measure it in a new run, or"
+    )
+    page = handover(run_dir)
+    assert f" SN2: step {step}: rejected" in page
+    assert f"  {stays} take back what lacks it: calrig void {run_dir} --from {step} --operator NAME" in page
+    who = ["--operator", "carla", "--reason", "plug mended"]
+    assert call(capsys, "void", run_dir, "--from", lacking[1], *who).status == 0
+    assert "SN2 stays dropped since step" in call(capsys, "handover", run_dir).out, "one dwell that counts lacks it"
+    outcome = call(capsys, "void", run_dir, "--from", step, *who)
+    assert f"SN2 was dropped at step {step}; what lacks it was taken back: it is measured again" in outcome.err
+    with open_rig(small.rig) as rig:
+        assert resume_on(run_dir, rig, "carla").state is State.FINISHED
+    assert _lacking(run_dir) == []
+    assert [name for name, solved in solve_run(run_dir).sensors.items() if solved.failure] == []
+
+
+def test_fault_61_a_sensor_that_some_dwells_would_go_on_lacking_stays_dropped_and_a_resume_says_so_first(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _, run_dir = _unplugged_in_mid_run(tmp_path)
+    kept, *taken_back = _lacking(run_dir)
+    assert call(capsys, "void", run_dir, "--from", taken_back[0], "--operator", "carla", "--reason", "x").status == 0
+    outcome = call(capsys, "resume", run_dir)
+    assert outcome.err.index("SN2 stays dropped since step") < outcome.err.index("checking"), outcome.err
+    late = [dwell for dwell in dwells_of(run_dir) if dwell.accepted and dwell.epoch == 2]
+    assert late
+    assert not any("dmm.u" in dwell.readings for dwell in late)
+    assert _lacking(run_dir)[0] == kept
 
 
 def test_fault_61_the_only_sensor_is_not_dropped_but_held(small: Bench, tmp_path: Path) -> None:

@@ -45,6 +45,7 @@ from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
 from procedures.cli.steer.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
 from procedures.cli.steer.choose_run import run_in_state
+from procedures.cli.steer.dropped import tell_dropped
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
 from procedures.delivery.lessons import learned
 from procedures.delivery.parts import DONE, NOT_MADE
@@ -212,6 +213,7 @@ def resume(
         with JournalReader.open(folder) as reader:
             tell_unguarded(rig_from_json(reader.header.rig_json))
             kept = as_kept(archive, is_simulated=reader.header.is_simulated)
+        tell_dropped(folder)
         with outlived(), ExitStack() as at_last:
             with (
                 leased(shared_archive_url(archive), f"run {folder.name}", note) as lease,

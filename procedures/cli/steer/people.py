@@ -23,6 +23,7 @@ from procedures.cli.output import note as tell
 from procedures.cli.output import say
 from procedures.cli.steer.archive_url import url_of_run
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
+from procedures.cli.steer.dropped import tell_dropped
 from procedures.delivery.ended_results import end_results
 from procedures.errors import ExitStatus, JournalTakenAway, RequestError
 from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
@@ -128,6 +129,7 @@ def void(
     count = void_from(folder, from_, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
     _end_results(folder)
+    tell_dropped(folder)
 
 
 def redo(
@@ -154,6 +156,7 @@ def redo(
     count = redo_replication(folder, replication, Authorisation(person_named(operator), reason, remounted))
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
     _end_results(folder)
+    tell_dropped(folder)
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> int:

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from procedures.common_mode.check_sets import accepted_epochs, first_checks, steps_in_mid_run
+from procedures.journal.dropped_sensors import dropped_sensors
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.voids import DROPPED
 from procedures.journal.voids import KIND as VOIDED
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Soak, Step
@@ -37,7 +37,7 @@ class History:
     mounting: int = 1
     """Of the package, 1-based."""
     dropped: frozenset[str] = frozenset()
-    """Sensors that are measured no more."""
+    """Sensors that are measured no more: none whose lack a person took back."""
     accepted_epochs: tuple[int, ...] = ()
     """Whose step a person accepted: nothing is compared with what was measured before the last of them."""
     steps_in_mid_run: tuple[int, ...] = ()
@@ -132,15 +132,16 @@ def history_of(
 
 def read_history(reader: JournalReader, plan: Plan) -> History:
     """Return where the journal stands. Raises: JournalError."""
-    epochs, remounted_after, mounting, dropped = 0, 0, 1, set[str]()
+    epochs, remounted_after, mounting = 0, 0, 1
     for event in reader.events():
-        if event.kind == DROPPED:
-            dropped.add(str(event.detail["sensor"]))
         epochs += event.kind == "opened"
         if event.kind == VOIDED and event.detail.get("remounted"):
             remounted_after, mounting = epochs, mounting + 1
     accepted = accepted_epochs(reader.events())
-    found = history_of(reader.dwells(), epochs, plan, accepted, mounting, remounted_after, frozenset(dropped))
+    dwells = tuple(reader.dwells())
+    sensors = dropped_sensors(reader.events(), dwells, plan.sensors)
+    dropped = frozenset(sensor.name for sensor in sensors if not sensor.is_measured_again)
+    found = history_of(dwells, epochs, plan, accepted, mounting, remounted_after, dropped)
     found = replace(
         found,
         is_turn_accepted=_is_turn_accepted(reader.events()),
