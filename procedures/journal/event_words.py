@@ -30,8 +30,10 @@ def event_words(event: Event) -> str:
         case "note" | "ack":
             word = "note" if event.kind == "note" else "acknowledged"
             return f"{word} by {_text(detail, 'by')}: {_text(detail, 'text')}".rstrip(": ")
-        case _ if event.kind in (VOIDED, QUARANTINED, DROPPED):
-            return f"{event.kind}: {_text(detail, 'reason') or _text(detail, 'sensor')}"
+        case _ if event.kind == DROPPED:
+            return f"{_text(detail, 'sensor')} was dropped, the other sensors go on: {_text(detail, 'reason')}"
+        case _ if event.kind in (VOIDED, QUARANTINED):
+            return f"{event.kind}: {_text(detail, 'reason')}"
         case _ if event.kind == GUARDED:
             return f"stop guard: {_text(detail, 'why')}"
         case _ if event.kind in SILENT:

@@ -13,7 +13,9 @@ from runs_with_faults import two_packages
 from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
+from procedures.cli.run.last_word import last_word
 from procedures.delivery.deliver import deliver, solve_run
+from procedures.journal.event_words import event_words
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.resume import resume_on
@@ -137,6 +139,10 @@ def test_fault_61_a_dropped_sensor_stays_dropped_over_a_resume_and_the_report_na
     page = delivery.report.read_text(encoding="utf-8")
     assert "SN2 was dropped: step" in page
     assert "it was dropped while the run went on without it" in page
+    (dropped,) = events(unattended.run_dir, "dropped")
+    assert event_words(dropped).startswith("SN2 was dropped, the other sensors go on: step ")
+    assert f" SN2: step {dropped.detail['step']}: rejected" in handover(unattended.run_dir)
+    assert last_word(delivery)[0] == "finished: 1 of 2 sensors usable, not SN2", "the subject of the last alert"
 
 
 def _unplugged_in_mid_run(folder: Path) -> tuple[Bench, Path]:

@@ -1,13 +1,12 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
-import shlex
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import Final, TextIO, cast
+from typing import TextIO, cast
 
 from rich.console import Console
 
@@ -40,6 +39,7 @@ from procedures.cli.output import note, note_paragraph, print_json, say, telling
 from procedures.cli.program_log import tell as log
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
+from procedures.cli.run.last_word import last_word
 from procedures.cli.run.opening import Opening, opening
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
@@ -64,8 +64,7 @@ from procedures.lease.keeper import leased
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
-from procedures.report.summary import print_summary, print_verdict, worst_uncertainty
-from procedures.report.view import Trust
+from procedures.report.summary import print_summary, print_verdict
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.handover import left_elsewhere, unfinished
@@ -274,7 +273,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
         _tell_unfinished(folder, outcome)
         raise
     if outcome.state is State.FINISHED:
-        attendance.tell_end(*_last_word(delivery))
+        attendance.tell_end(*last_word(delivery))
     for failure in solved.failures if solved.is_finished else ():
         note(failure)
     if delivery.archived is not None and delivery.archive_url is not None:
@@ -297,38 +296,6 @@ def _tell_unfinished(folder: Path, outcome: Outcome) -> None:
         with suppress(ProcedureError):  # whose journal cannot be read told it already
             for line in unfinished(folder, second_folder()):
                 note_paragraph(line)
-
-
-ENDED: Final[Mapping[Trust, tuple[str, str]]] = {
-    "sound": ("finished: sound", "Nothing has to be done now."),
-    "reserved": (
-        "finished: usable with reservations",
-        "Nothing has to be done now; read the reservations in the report before the sensors leave.",
-    ),
-    "unusable": (
-        "finished: not to be used",
-        "Leave the sensors as they are mounted until the grounds are read: {handover} says what comes next.",
-    ),
-}
-"""How a verdict is told, and what whoever hears it does."""
-
-
-def _last_word(delivery: Delivery) -> tuple[str, str]:
-    """Say what the run came to, for who is told of its end: usable or not, the worst uncertainty, what to do, where."""
-    missing = [f"{part}: {failure}" for part, failure in delivery.failures.items()]
-    stands = "The run has ended, and every axis was seen to stand."
-    if delivery.view is None:
-        return "finished, but without a report", "\n".join([*missing, stands])
-    word, to_do = ENDED[delivery.view.verdict.trust]
-    handover = f"calrig handover {shlex.quote(str(delivery.run.folder))}"
-    lines = (
-        delivery.view.verdict.sentence,
-        worst_uncertainty(delivery.view),
-        *missing,
-        f"{stands} {to_do.format(handover=handover)}",
-        delivery.report.resolve().as_uri(),
-    )
-    return word, "\n".join(line for line in lines if line)
 
 
 def _what_next(folder: Path, error: BaseException) -> str:
