@@ -1,7 +1,7 @@
-"""``calrig run --detach``: the same command in a process of its own, without a terminal; the shell comes back.
+"""``--detach`` of ``run`` and ``resume``: the same command in a process of its own, without a terminal.
 
-What it would have said goes to a file in the run's folder. It is waited for until the run has its folder and nothing
-refuses it any more, so that a refusal is told here.
+The shell comes back, and what it would have said goes to a file in the run's folder. It is waited for until the run has
+its folder and nothing refuses it any more, so that a refusal is told here.
 """
 
 import os
@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from itertools import count
 from pathlib import Path
 
 from procedures.alerts.reader import is_read, read_by_us
@@ -38,7 +39,8 @@ def detached(
 ) -> int:
     """Start the command and come back when its run has begun, or with its refusal. Raises: RequestError.
 
-    ``options`` without a value and ``flags`` that are not set are left out.
+    ``options`` without a value and ``flags`` that are not set are left out. ``out``: the folder of runs, or the
+    run's own.
     """
     clock = clock or SystemClock()
     given = [word for option, value in options.items() if value is not None for word in (option, str(value))]
@@ -64,18 +66,27 @@ def detached(
         for line in said.splitlines():
             note(line)
         return child.returncode or ExitStatus.FAILED
+    kept = _free_name(folder)
     with suppress(PermissionError):  # Windows renames no file that is being written
-        os.replace(log, folder / LOG_FILE)
+        os.replace(log, kept)
     child.returncode = 0  # it lives on, and nobody waits for it
     if json:
         print_json({"run": str(folder), "pid": child.pid})
     else:
-        say(f"{folder}: runs as process {child.pid}; calrig attach {folder} shows it, {LOG_FILE} there keeps its words")
+        say(
+            f"{folder}: runs as process {child.pid}; calrig attach {folder} shows it, {kept.name} there keeps its words"
+        )
     return ExitStatus.DONE
 
 
+def _free_name(folder: Path) -> Path:
+    """Return where the words are kept: those of the process before, which a run was begun by, are kept as well."""
+    names = (LOG_FILE if number == 1 else f"terminal-{number}.log" for number in count(1))
+    return next(folder / name for name in names if not (folder / name).exists())
+
+
 def _log_in(out: Path) -> Path:
-    """Return a file beside the runs, so that it can be renamed into the folder of one."""
+    """Return a file beside the runs, or in the folder of one, so that it can be renamed in there."""
     try:
         out.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(prefix=".begins-", suffix=".log", dir=out)

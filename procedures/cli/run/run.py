@@ -183,6 +183,7 @@ def resume(
     archive: Archive = None,
     alerts: Alerts = None,
     allow_network_folder: AllowNetworkFolder = False,
+    detach: Detach = False,
     json: Json = False,
 ) -> int:
     """Continue a run after a crash, a stop, an abort or a trip: home, measure the check set again, compare, go on.
@@ -207,8 +208,12 @@ def resume(
             )
         if not allow_network_folder:
             require_local(folder)
-        archive = archive_of_run(folder, archive)
+        named_archive, archive = archive, archive_of_run(folder, archive)
         _require_what_the_end_needs(archive, alerts, is_virtual=begins.is_virtual)
+        if detach:
+            options = {"--operator": operator, "--reason": reason, "--archive": named_archive, "--alerts": alerts}
+            flags = {"--accept-changes": accept_changes, "--allow-network-folder": allow_network_folder}
+            return detached("resume", [str(folder)], options, flags, folder, json=json)
         with JournalReader.open(folder) as reader:
             tell_unguarded(rig_from_json(reader.header.rig_json))
             kept = as_kept(archive, is_simulated=reader.header.is_simulated)

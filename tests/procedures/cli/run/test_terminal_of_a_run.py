@@ -109,3 +109,30 @@ def test_what_hides_something_is_refused_where_it_is_typed(tmp_path: Path, capsy
     (tmp_path / "procedure.toml").write_text(PROCEDURE.replace("small grid", "small \\u202egrid"), encoding="utf-8")
     outcome = call(capsys, "check", tmp_path / "procedure.toml", "--rig", tmp_path / "rig.toml")
     assert "procedure.title: holds <U+202E>" in outcome.err
+
+
+def test_a_resume_gives_the_shell_back_and_keeps_the_words_of_the_process_before(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    begun = call(capfd, *_files(tmp_path, 20.0), "--detach", "--json").document
+    run_dir = Path(begun["run"])
+    os.kill(begun["pid"], signal.SIGTERM)
+    clock = SystemClock()
+    while is_owned(run_dir):
+        clock.sleep(0.02)
+    before = (run_dir / "terminal.log").read_text(encoding="utf-8")
+    (tmp_path / "procedure.toml").write_text(PROCEDURE.replace("[dwell]", "[dwell]\nretries = 4"), encoding="utf-8")
+    refused = call(capfd, "resume", run_dir, "--detach")
+    assert refused.status == 2, refused.err
+    assert "retries" in refused.err, "told here, where somebody reads it"
+    (tmp_path / "procedure.toml").write_text(PROCEDURE, encoding="utf-8")
+    assert not list(run_dir.glob(".begins-*"))
+    resumed = call(capfd, "resume", run_dir, "--operator", "anna", "--detach", "--json").document
+    assert resumed["run"] == str(run_dir)
+    assert status(run_dir).state in ACTIVE
+    assert is_owned(run_dir)
+    os.kill(resumed["pid"], signal.SIGTERM)
+    while is_owned(run_dir):
+        clock.sleep(0.02)
+    assert (run_dir / "terminal.log").read_text(encoding="utf-8").startswith(before)
+    assert str(run_dir) in (run_dir / "terminal-2.log").read_text(encoding="utf-8")
