@@ -9,7 +9,8 @@ from ams.analysis.diagnostics.take_back import void_command
 from ams.finding_kinds import OF_THE_METER
 from procedures.common_mode.ways_out import measured_again
 from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
-from procedures.journal.dropped_sensors import read_dropped
+from procedures.journal.delivering import delivered_by
+from procedures.journal.dropped_sensors import DroppedSensor, read_dropped
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
@@ -79,8 +80,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("notes", [event for event in events if event.kind == "note"]),
         *_listed("salvaged", [event for event in events if event.kind == QUARANTINED and event.detail.get("reason")]),
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
-        *_listed("dropped", [event for event in events if event.kind == DROPPED]),
-        *[f"  {one_line(sensor.sentence(shlex.quote(str(run_dir))))}" for sensor in dropped],
+        *_dropped(run_dir, events, dropped),
         *_listed("answered for", [event for event in events if event.kind == "override"]),
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
@@ -136,6 +136,8 @@ def _next(run_dir: Path, state: State, cause: str, before: str, meter_doubts: st
     """
     if state is not State.FINISHED:
         return next_step(state, cause, numbers, before)
+    if deliverer := delivered_by(run_dir):
+        return f"wait: its results are being delivered by {deliverer}; then look at this page again"
     verdict = read_verdict(run_dir, state)
     if verdict is None:
         return f"calrig solve {numbers.run}{f'; {meter_doubts}' if meter_doubts else ''}"
@@ -193,6 +195,13 @@ def _solved(run_dir: Path, state: State) -> Iterable[str]:
         yield f"report     {report}"
     if aside := sorted(path.name for path in run_dir.glob("superseded-*")):
         yield f"set aside  {', '.join(aside)}: made before dwells were taken back, or withdrawn; not to be used"
+
+
+def _dropped(run_dir: Path, events: Iterable[Event], sensors: Iterable[DroppedSensor]) -> Iterable[str]:
+    """Tell who was dropped when, and how each stands now."""
+    yield from _listed("dropped", [event for event in events if event.kind == DROPPED])
+    for sensor in sensors:
+        yield one_line(f"  {sensor.sentence(shlex.quote(str(run_dir)))}")
 
 
 def _is_stop(event: Event) -> bool:

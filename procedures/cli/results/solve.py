@@ -13,6 +13,7 @@ from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.delivery.unsolved import page_of_unsolved
 from procedures.errors import ExitStatus
+from procedures.journal.delivering import delivering
 from procedures.report.summary import MOST_IN_FULL
 from procedures.solution.by_model import checked_by_monte_carlo
 
@@ -28,6 +29,8 @@ def solve(
 ) -> int:
     """Solve a run again from its journal, and write its coefficient sets, report and exports anew.
 
+    It is refused while another process delivers the run, as after its last dwell.
+
     Parameters
     ----------
     monte_carlo
@@ -35,20 +38,21 @@ def solve(
     """
     check_trials(monte_carlo, is_possible=True)
     folder = alive_or_latest(run, out)
-    with working() as progress_line, page_of_unsolved(folder):
-        solved = solve_run(folder, progress_line)
-    if monte_carlo:
-        plan = solved.record.plan
-        checked = {
-            name: checked_by_monte_carlo(sensor, solved.record.rig, plan.sensors[name], plan.solve, monte_carlo)
-            for name, sensor in solved.sensors.items()
-        }
-        solved = replace(solved, sensors=checked)
-    for failure in solved.failures:
-        note(failure)
-    with working() as progress_line:
-        url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
-        delivery = deliver(solved, url, progress_line)
+    with delivering(folder):
+        with working() as progress_line, page_of_unsolved(folder):
+            solved = solve_run(folder, progress_line)
+        if monte_carlo:
+            plan = solved.record.plan
+            checked = {
+                name: checked_by_monte_carlo(sensor, solved.record.rig, plan.sensors[name], plan.solve, monte_carlo)
+                for name, sensor in solved.sensors.items()
+            }
+            solved = replace(solved, sensors=checked)
+        for failure in solved.failures:
+            note(failure)
+        with working() as progress_line:
+            url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
+            delivery = deliver(solved, url, progress_line)
     with telling_what_is_done(folder):
         if json:
             print_json({"sensors": sensors_document(solved)})

@@ -53,6 +53,7 @@ from procedures.delivery.publish import history_findings
 from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
 from procedures.description.named_files import files_named_by
 from procedures.errors import ExitStatus, NotSolved, ProcedureError, RequestError
+from procedures.journal.delivering import delivering
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
@@ -268,7 +269,7 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
             note_paragraph(line)
         return outcome.exit_status
     try:
-        with working() as progress_line:
+        with delivering(folder), working() as progress_line:
             with page_of_unsolved(folder):
                 solved = solve_run(folder, progress_line)
             url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)

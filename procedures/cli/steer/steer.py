@@ -18,6 +18,7 @@ from procedures.errors import ExitStatus, RequestError
 from procedures.journal.alert_record import outcome_sentence, read_outcomes
 from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
+from procedures.journal.delivering import delivered_by
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import read_last_words
@@ -79,6 +80,8 @@ def status(
         say(f"because: {one_line(found.why)}")
     for what in damage.in_words:
         say(f"damaged: {journal}: {what} is not as it was written; {of_damage(folder)}")
+    if deliverer := delivered_by(folder):
+        say(f"results: being delivered by {deliverer}")
     if verdict:
         say(f"verdict: {one_line(verdict)}")
     for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
