@@ -30,8 +30,17 @@ _DOTTED = r"""(?P<key>(?:[A-Za-z0-9_-]++|"[^"]*+"|'[^']*+')(?:\s*+\.\s*+(?:[A-Za
 """What was read once is not tried again (``++``): a line takes time by its length, not by the square of it."""
 _ASSIGNMENT = re.compile(f"{_DOTTED}=")
 _KEY_OR_TEXT = re.compile(f"{_DOTTED}(?P<is_assigned>=)?")
+_DECIMAL_COMMA = re.compile(rf"{_DOTTED}=\s*+(?P<number>[+-]?\d++,\d++(?:[eE][+-]?\d++)?+)\s*+(?=[,}}]|$)")
 _KEY_PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
-_COUNTED_IN = (("_deg", "_arcsec"), ("_rad", "_arcsec"), ("_rad", "_deg"), ("_mv", "_v"), ("_ms", "_s"), ("_min", "_s"))
+_COUNTED_IN = (
+    ("_deg", "_arcsec"),
+    ("_rad", "_arcsec"),
+    ("_rad", "_deg"),
+    ("_mv", "_v"),
+    ("_ms", "_s"),
+    ("_min", "_s"),
+    ("_h", "_s"),
+)
 """Endings of keys in a unit that the key is not counted in, and in that which it is."""
 _UNITS = ("deg", "rad", "s", "hz", "v", "g", "degc", "dps", "arcsec", "mps2", "v_per_g", "ohm", "pa")
 
@@ -85,11 +94,12 @@ class TomlFile:
             )
 
     def where(self, key: Sequence[object]) -> str:
-        """Return ``file:line`` of a key, or of the nearest table around it."""
+        """Return ``file:line`` of a key, of the first table inside it, or of the nearest table around it."""
         parts = tuple(str(part) for part in key)
         while parts:
-            if parts in self._lines:
-                return f"{self.path}:{self._lines[parts]}"
+            inside = (line for path, line in self._lines.items() if path[: len(parts)] == parts)
+            if line := self._lines.get(parts) or next(inside, None):
+                return f"{self.path}:{line}"
             parts = parts[:-1]
         return f"{self.path}:1"
 
@@ -166,7 +176,11 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         at = re.search(r"line (\d+)", str(error))
         line = int(at[1]) if at else max(len(text.splitlines()), 1)
         of_a_key = re.search("Cannot (overwrite|declare)", str(error))
-        line, said = (of_a_key and _written_twice(text, line)) or (line, f"not valid TOML: {error}")
+        line, said = (
+            (of_a_key and _written_twice(text, line))
+            or _decimal_comma(text, line)
+            or (line, f"not valid TOML: {error}")
+        )
         raise DescriptionError(f"{path}:{line}: {said}") from None
     except RecursionError:
         raise DescriptionError(f"{path}: not valid TOML: brackets in brackets without an end") from None
@@ -193,6 +207,20 @@ def _written_twice(text: str, line: int) -> tuple[int, str] | None:
     if first is None:
         return None
     return line, f"{'.'.join(found)}: is written twice, first on line {first}; nothing was read; remove one of them"
+
+
+def _decimal_comma(text: str, line: int) -> tuple[int, str] | None:
+    """Return line and sentence of a number with a decimal comma; None where the line is wrong in another way."""
+    lines = text.splitlines()
+    written = lines[line - 1].split("#", 1)[0] if line <= len(lines) else ""
+    if (match := _DECIMAL_COMMA.search(written)) is None:
+        return None
+    key = ".".join((*_table_of(lines[: line - 1]), *_parts(match["key"])))
+    point = match["number"].replace(",", ".")
+    return (
+        line,
+        f"{key}: got {match['number']}, allowed is a number with a decimal point; nothing was read; write {point}",
+    )
 
 
 def _table_of(lines: Sequence[str]) -> KeyPath:
@@ -305,8 +333,17 @@ def _unknown_key(key: str, tables: Sequence[type[BaseModel]]) -> str:
     if with_unit:
         return f"unknown key: the unit is missing; write {with_unit[0]}"
     near = [*_in_another_unit(key, allowed), *difflib.get_close_matches(key, allowed, n=1)]
-    hint = f"; did you mean {near[0]}?" if near else ""
+    hint = f"; did you mean {near[0]}?{_other_unit(key, near[0])}" if near else ""
     return f"unknown key{hint} (allowed: {', '.join(allowed) or 'none'})"
+
+
+def _other_unit(key: str, meant: str) -> str:
+    """Return that the value is to be converted, where a key is meant that only its unit tells from the one written."""
+    endings = {ending for pair in _COUNTED_IN for ending in pair} | {f"_{unit}" for unit in _UNITS}
+    given, counted = (max((end for end in endings if name.endswith(end)), key=len, default="") for name in (key, meant))
+    if not given or not counted or given == counted or key.removesuffix(given) != meant.removesuffix(counted):
+        return ""
+    return f" It is in {counted[1:]} and not in {given[1:]}: convert the value"
 
 
 def _in_another_unit(key: str, allowed: Sequence[str]) -> list[str]:
