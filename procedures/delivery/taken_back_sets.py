@@ -106,7 +106,7 @@ def _withdraw(archive_url: str, sets: Iterable[SetOfRun], word: TakenBack) -> No
 def _word_of(archive_url: str, entry: SetOfRun) -> TakenBack | None:
     """Return what the journals in reach say was taken back after a set was made; None where none says it."""
     for folder in _folders(archive_url, entry):
-        with suppress(JournalError, StorageFailed):  # a journal that cannot be read is told where the run is looked at
+        with suppress(JournalError, StorageFailed, OSError):  # one that cannot be read is told where it is looked at
             found = taken_back_since(folder).get(str(entry.journal_sha256))
             if found is not None:
                 return found
@@ -118,5 +118,6 @@ def _folders(archive_url: str, entry: SetOfRun) -> Iterator[Path]:
     database = make_url(archive_url).database if archive_url.startswith("sqlite") else None
     beside = [Path(database).parent / entry.run_id] if database else []
     for folder in dict.fromkeys((*map(Path, entry.folders), *beside)):
-        if (folder / JOURNAL_FILE).is_file():
-            yield folder
+        with suppress(OSError):  # another account's, or of another system
+            if (folder / JOURNAL_FILE).is_file():
+                yield folder

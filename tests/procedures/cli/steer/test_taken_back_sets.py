@@ -6,9 +6,11 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+from archived_runs import a_run, a_sensor
 from command import call
 from finished_job import FinishedJob
 
+from ams.archive.runs import publish_run
 from ams.archive.sets import list_sets
 from ams.archive.signatures import sign, verify_archive
 from ams.errors import ArchiveForbids, SetWithdrawn
@@ -17,6 +19,7 @@ from ams.exports.withdrawn_folder import WITHDRAWN_FILE
 from ams.surveillance.adjustment import Adjustment
 from procedures.delivery.deliver import SolvedRun, sets_of, solve_run
 from procedures.delivery.publish import publish_solved
+from procedures.delivery.taken_back_sets import require_standing_dwells, taken_back_of, withdraw_previous
 from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.taken_back import taken_back_since
 
@@ -123,6 +126,16 @@ def _published_later(solved: SolvedRun, archive_url: str) -> Adjustment:
     record = replace(solved.record, run_id="later", events=events, dwells=dwells, hashes=hashes)
     sets = sets_of(replace(solved, record=record))
     return publish_solved(archive_url, solved.folder, record, solved.sensors, sets).adjustments[SENSOR]
+
+
+def test_a_folder_that_cannot_be_looked_into_keeps_nothing_from_being_signed_or_published(tmp_path: Path) -> None:
+    """As that of another account; here a name that is too long for any system."""
+    url, run = f"sqlite:///{tmp_path / 'archive.sqlite'}", replace(a_run(0), folder=f"/{'x' * 5000}")
+    publish_run(url, run, [a_sensor(0)], NOW)
+    assert taken_back_of(url, "SN1") == ""
+    require_standing_dwells(url, "SN1", "nothing was signed")
+    withdraw_previous(url, ["SN1"], "later", is_simulated=False)
+    assert [entry.status for entry in list_sets(url)] == ["engineering"]
 
 
 def test_an_archive_that_does_not_answer_is_named_with_what_remains_to_be_done(
