@@ -49,7 +49,8 @@ def _abort(options: dict[str, str]) -> int | None:
         return None
     _request_abort(guards[0]["run"], by)
     folder = _as_named(guards[0]["run"], options)
-    return _tell(outcomes, [f"{folder}: asked to abort; `calrig status {folder}` shows when it did"])
+    sentence = f"{folder}: asked to abort; `calrig status {folder}` shows when it did"
+    return _tell(outcomes, [sentence, *_queues_disarmed("abort", guards[0]["rig_file"])])
 
 
 def _runs(options: dict[str, str]) -> str:
@@ -85,6 +86,15 @@ def _request_abort(run: str, by: str) -> None:
         return
 
 
+def _queues_disarmed(what: str, rig_file: str) -> list[str]:
+    """Have the queues that wait for the rig disarmed; what each says. The stops have been sent."""
+    from pathlib import Path
+
+    from procedures.cli.queues_disarmed import disarmed_by
+
+    return disarmed_by(what, rig=Path(rig_file) if rig_file else None)
+
+
 def _stop(options: dict[str, str]) -> int | None:
     axes = [options["--axis"]] if "--axis" in options else None
     outcomes: dict[str, str] = {}
@@ -96,12 +106,15 @@ def _stop(options: dict[str, str]) -> int | None:
             engines.append(guard["pid"])
     if not outcomes:
         return None
+    queues = _queues_disarmed("jog --stop", options["--rig"])
     if "--json" in options:
         import json
 
-        print(json.dumps({"stopped": sorted(outcomes), "stopped_by_guard_of": engines, "told": outcomes}))  # noqa: T201
+        document = {"stopped": sorted(outcomes), "stopped_by_guard_of": engines, "told": outcomes, "queues": queues}
+        print(json.dumps(document))  # noqa: T201
         return _status(outcomes)
-    return _tell(outcomes, [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines])
+    guards = [f"by the stop guard of process {pid}, which ends what it was doing" for pid in engines]
+    return _tell(outcomes, [*guards, *queues])
 
 
 def _tell(outcomes: dict[str, str], lines: list[str]) -> int:

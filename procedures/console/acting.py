@@ -16,6 +16,7 @@ from procedures.console.rights import BEGINS_MOTION, STOPS, Act, refusal
 from procedures.console.shared import Console
 from procedures.console.templates_of import Pages
 from procedures.errors import RequestError
+from procedures.queue.hands import ABORT, REMOUNTED, STOP, disarm_by_stop_of_run
 from rig.description.rig_file import RigDescription
 
 FORBIDDEN, TOO_MANY = 403, 429
@@ -38,7 +39,13 @@ class Acting:
         return await self.answer(request, act, rig, partial(self._perform, folder), f"/run/{folder.name}")
 
     def _perform(self, folder: Path, action: Action) -> Answer:
-        return perform(folder, action, self._console.clock, self._console.archive_url)
+        answer = perform(folder, action, self._console.clock, self._console.archive_url)
+        remounting = {"void": REMOUNTED, "redo": REMOUNTED} if action.is_remounted else {}
+        what = {"abort": ABORT, "stop": STOP, **remounting}.get(action.act)
+        if answer.status != ACCEPTED or what is None:
+            return answer
+        queues = disarm_by_stop_of_run(self._console.queues, folder, what, self._console.clock)
+        return Answer(ACCEPTED, "; ".join((answer.message, *queues)))
 
     async def answer(
         self,

@@ -28,6 +28,7 @@ from procedures.console.rights import refusal
 from procedures.console.sessions import Visitor
 from procedures.console.shared import Console
 from procedures.console.templates_of import Pages
+from procedures.queue.hands import JOG_STOP, disarm_by_stop_of_rig
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
@@ -158,7 +159,10 @@ class Jogging:
         outcome_text = "; ".join(f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()))
         if not outcome_text and self._benches.find(rig) is None:
             return Answer(REFUSED, "stop: no calrig of this machine moves that rig, so nothing moves by it")
-        return Answer(ACCEPTED, f"stop was asked for{f' ({outcome_text})' if outcome_text else ''}")
+        queues = disarm_by_stop_of_rig(self._console.queues, rig, JOG_STOP, self._console.clock)
+        return Answer(
+            ACCEPTED, "; ".join((f"stop was asked for{f' ({outcome_text})' if outcome_text else ''}", *queues))
+        )
 
     # The socket.
 

@@ -19,6 +19,7 @@ from procedures.console.shared import Console
 from procedures.console.templates_of import Pages
 from procedures.errors import ProcedureError, RequestError
 from procedures.queue import people
+from procedures.queue.hands import heed
 from procedures.queue.moments import moment
 from procedures.queue.state import Item, ItemState, Queue
 from procedures.queue.store import FILE, QueueStore
@@ -57,7 +58,7 @@ def shown_queues(folder: Path, clock: Clock) -> list[ShownQueue]:
 
 def _shown(folder: Path, clock: Clock) -> ShownQueue:
     try:
-        queue = QueueStore(folder, clock).read()
+        queue = heed(QueueStore(folder, clock))
     except ProcedureError as error:
         return ShownQueue(folder.name, Queue(), False, "", "", "", (), str(error))
     now = clock.now_utc()
@@ -117,6 +118,7 @@ class QueuePages:
                 "sequence": queue.queue.sequence,
                 "armed": queue.is_armed,
                 "told": queue.armed,
+                "mounted": queue.mounted,
                 "items": [item_document(item) for item in queue.items],
                 "trouble": queue.trouble or None,
             }
@@ -149,12 +151,10 @@ def _rig_of(store: QueueStore) -> RigDescription | None:
 
 def _perform(store: QueueStore, clock: Clock, action: Action) -> Answer:
     try:
-        # What was asked in view of another queue is refused; disarming is taken as it comes.
-        queue = store.read()
-        if action.act != "disarm" and action.expects != queue.sequence:
+        if action.act != "disarm" and action.expects is None:
             raise RequestError(
-                f"{action.act} was asked in view of another queue (expects {action.expects}, it is {queue.sequence}); "
-                "nothing was changed; look again, then ask again"
+                f"{action.act} does not say in view of which queue it was asked (expects); nothing was changed; "
+                "look again, then ask again"
             )
         _say(store, action, clock.now_utc())
     except ProcedureError as error:
@@ -165,18 +165,20 @@ def _perform(store: QueueStore, clock: Clock, action: Action) -> Answer:
 
 
 def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
-    number = action.number or 0
+    number, seen = action.number or 0, action.expects  # disarming is taken as it comes
     match action.act:
         case "arm":
-            people.arm(store, action.by, moment(action.fields["until"], "until", now_utc), boot(), now_utc)
+            people.arm(
+                store, action.by, moment(action.fields["until"], "until", now_utc), boot(), now_utc, expects=seen
+            )
         case "disarm":
             people.disarm(store, action.by)
         case "move":
-            people.move(store, number, whole_number(action.act, "to", action.fields) or 0, action.by)
+            people.move(store, number, whole_number(action.act, "to", action.fields) or 0, action.by, expects=seen)
         case "remove":
-            people.remove(store, number, action.by)
+            people.remove(store, number, action.by, expects=seen)
         case "attest":
             words = people.words_typed(action.fields["mounted"])
-            people.attest(store, action.by, people.mounted_in(words))
+            people.attest(store, action.by, people.mounted_in(words), expects=seen)
         case "decide":
-            people.decide(store, number, action.fields["choice"], action.text, action.by)
+            people.decide(store, number, action.fields["choice"], action.text, action.by, expects=seen)

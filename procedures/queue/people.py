@@ -1,4 +1,7 @@
-"""What people say to the queue: each act is refused with a sentence, or is one event with a name."""
+"""What people say to the queue: each act is refused with a sentence, or is one event with a name.
+
+``expects`` of an act is the sequence of the queue in view of which it was asked: it is refused for any other.
+"""
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -12,8 +15,10 @@ from typing import Literal, get_args
 from procedures.description.named_files import NamedFile
 from procedures.errors import ProcedureError, RequestError
 from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.queue.hands import heed, in_use_by, past_marks_of
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
+from rig.assembly.open_rig import real_ports
 from rig.description.rig_file import RigDescription
 from rig.local_time import at_both
 from rig.plain_text import hidden_complaint, one_line
@@ -57,6 +62,8 @@ def add(
     _require_name("add", by)
     if not_before_utc is not None and not_after_utc is not None and not_before_utc >= not_after_utc:
         raise RequestError("queue add: --not-before is not before --not-after; nothing was added")
+    ports = real_ports(rig)
+    resources = [str(rig_file.resolve()), *ports]
     sources = {"procedure": asdict(source_of(procedure)), "rig": asdict(source_of(rig_file))}
 
     def decide(queue: Queue) -> Change:
@@ -71,13 +78,15 @@ def add(
             "not_before_utc": _text(not_before_utc),
             "not_after_utc": _text(not_after_utc),
             "resumes_after_power_cut": rig.rig.resume_after_power_cut,
+            "ports": ports,
+            "uses": past_marks_of(store.folder, resources),
             "refused": list(refused),
         }
 
     return store.change(decide).items[-1]
 
 
-def move(store: QueueStore, number: int, to: int, by: str) -> Queue:
+def move(store: QueueStore, number: int, to: int, by: str, *, expects: int | None = None) -> Queue:
     """Put an item before another, or at the end (``to`` 0). Raises: RequestError."""
     _require_name("move", by)
 
@@ -90,10 +99,10 @@ def move(store: QueueStore, number: int, to: int, by: str) -> Queue:
             )
         return "move", {"item": number, "to": to, "by": by}
 
-    return store.change(decide)
+    return store.change(_in_view("move", expects, decide))
 
 
-def remove(store: QueueStore, number: int, by: str) -> Queue:
+def remove(store: QueueStore, number: int, by: str, *, expects: int | None = None) -> Queue:
     """Take an item out that has not begun. Raises: RequestError."""
     _require_name("remove", by)
 
@@ -101,16 +110,23 @@ def remove(store: QueueStore, number: int, by: str) -> Queue:
         _require(queue, number, REMOVABLE, "remove")
         return "remove", {"item": number, "by": by}
 
-    return store.change(decide)
+    return store.change(_in_view("remove", expects, decide))
 
 
-def arm(store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: datetime) -> Queue:
+def arm(
+    store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: datetime, *, expects: int | None = None
+) -> Queue:
     """Let what waits start until a time. Raises: RequestError."""
     _require_name("arm", by)
     if until_utc <= now_utc:
         raise RequestError(f"queue arm: got a time that is over ({at_both(until_utc)}); nothing was armed")
 
     def decide(queue: Queue) -> Change:
+        if owner := in_use_by(store.folder, queue):
+            raise RequestError(
+                f"queue arm: the rig is in use by {owner}; nothing was armed; what is armed is meant for the rig as it "
+                "stands: when that has ended look at the rig, then arm"
+            )
         if undecided := queue.in_state(ItemState.UNDECIDED):
             raise RequestError(
                 f"queue arm: item {undecided[0].number} needs a decision first ({'; '.join(undecided[0].reasons)}); "
@@ -121,7 +137,8 @@ def arm(store: QueueStore, by: str, until_utc: datetime, boot: str, now_utc: dat
             raise RequestError("queue arm: nothing waits; nothing was armed; calrig queue add")
         return "arm", {"by": by, "until_utc": until_utc.isoformat(), "boot": boot, "items": waiting}
 
-    return store.change(decide)
+    heed(store)
+    return store.change(_in_view("arm", expects, decide))
 
 
 def disarm(store: QueueStore, by: str) -> Queue:
@@ -175,15 +192,17 @@ def words_typed(line: str) -> list[str]:
         ) from None
 
 
-def attest(store: QueueStore, by: str, mounted: Mapping[str, str]) -> Queue:
+def attest(store: QueueStore, by: str, mounted: Mapping[str, str], *, expects: int | None = None) -> Queue:
     """Say what is mounted: sensor to datum face. Raises: RequestError."""
     _require_name("attest", by)
     if not mounted:
         raise RequestError("queue attest: needed is what is mounted, such as SN1047 or SN1047=A; nothing was attested")
-    return store.change(lambda _queue: ("attest", {"by": by, "mounted": dict(mounted)}))
+    heed(store)
+    said = {"by": by, "mounted": dict(mounted)}
+    return store.change(_in_view("attest", expects, lambda _queue: ("attest", said)))
 
 
-def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) -> Queue:
+def decide(store: QueueStore, number: int, choice: str, reason: str, by: str, *, expects: int | None = None) -> Queue:
     """Say what becomes of an item that was not finished; then somebody knows of its alarm. Raises: RequestError."""
     _require_name("decide", by)
     if choice not in get_args(Choice):
@@ -201,10 +220,24 @@ def decide(store: QueueStore, number: int, choice: str, reason: str, by: str) ->
         run = item.run
         return "decide", {"item": number, "choice": choice, "reason": reason, "by": by}
 
-    queue = store.change(decided)
+    queue = store.change(_in_view("decide", expects, decided))
     if run:
         _end_alarm(Path(run), by, f"decided in the queue: {choice}, {reason}")
     return queue
+
+
+def _in_view(act: str, expects: int | None, decide: Callable[[Queue], Change]) -> Callable[[Queue], Change]:
+    """Return what refuses an act that was asked in view of another queue than the one that it would change."""
+
+    def seen(queue: Queue) -> Change:
+        if expects is not None and expects != queue.sequence:
+            raise RequestError(
+                f"{act} was asked in view of another queue (expects {expects}, it is {queue.sequence}); "
+                "nothing was changed; look again, then ask again"
+            )
+        return decide(queue)
+
+    return seen
 
 
 def _end_alarm(run: Path, by: str, text: str) -> None:

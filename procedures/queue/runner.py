@@ -11,11 +11,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
+from procedures.queue.hands import heed, unknown_uses
 from procedures.queue.state import AT_WORK, Arming, Attestation, Item, ItemState, Queue
 from procedures.queue.store import Change, QueueStore
 from procedures.queue.words import awaited_sentence
 from procedures.records.states import ACTIVE, State
 from rig.clock import Clock
+from rig.local_time import at_both
 
 WAITING_NOTICE_S = 600.0
 """What is due waits for somebody, for the rig or for what is mounted: people are told after so long."""
@@ -40,6 +42,8 @@ class Look:
     """Nothing began because somebody else has the rig."""
     said: str = ""
     """The last words of the process."""
+    last_utc: datetime | None = None
+    """The time of the last line of its journal."""
 
 
 class World(Protocol):
@@ -89,7 +93,8 @@ class Runner:
     def step(self) -> Queue:
         """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
         # Also while another runs: people hear that a window is over when it is, not when that run has ended.
-        queue, now_utc = self.store.read(), self.clock.now_utc()
+        queue, now_utc = heed(self.store), self.clock.now_utc()
+        self._tell_of_use(queue)
         for item in queue.in_state(ItemState.WAITING):
             if item.is_late(now_utc):
                 if self._add(queue, "expired", {"item": item.number}) and queue.is_armed(self.world.boot(), now_utc):
@@ -110,21 +115,28 @@ class Runner:
             if queue.attestation is not None and not item.run:
                 self.world.note(look.run, queue.attestation)
             self._add(queue, "began", {"item": item.number, "run": str(look.run)})
-        elif look.is_alive and not look.has_ended:
             return
-        elif look.run is None:
+        if look.is_alive and not look.has_ended:
+            return
+        if look.run is None:
             reason = look.said or "its process ended before a run began"
             detail = {"item": item.number, "busy": look.was_busy, "reason": reason}
             if self._add(queue, "unbegun", detail) and not look.was_busy:
                 self._ring(item, "not begun", reason)
-        elif self._is_of_a_cold_start(item, look) and self._is_armed_but_for_the_start(queue):
+            return
+        is_to_go_on = self._is_of_a_cold_start(item, look) and self._is_armed_but_for_the_start(queue)
+        behind = self._clock_behind(queue, look.last_utc) if is_to_go_on else ""
+        if is_to_go_on and not behind:
             self._resume_itself(queue, item)
         else:
             state = look.state or State.INTERRUPTED
             ended = State.INTERRUPTED if state in ACTIVE else state
-            detail = {"item": item.number, "state": str(ended), "reason": look.reason}
+            behind = f"not resumed: {behind}" if behind else ""
+            reason = "; ".join(filter(None, (look.reason, behind)))
+            detail = {"item": item.number, "state": str(ended), "reason": reason}
             if self._add(queue, "ended", detail) and ended is State.INTERRUPTED and item.boot != self.world.boot():
-                self._ring(item, str(ended), "the machine was started anew, and nobody else could tell")
+                anew = "the machine was started anew, and nobody else could tell"
+                self._ring(item, str(ended), "; ".join(filter(None, (anew, behind))))
 
     def _is_of_a_cold_start(self, item: Item, look: Look) -> bool:
         """Whether the run is resumed by itself: once, where the rig file allows it and something stops every axis."""
@@ -142,9 +154,11 @@ class Runner:
             self._tell_once(f"item {item.number} {awaited}")
             self._wait(item, awaited)
             return
-        if owner := self.world.busy(item):
-            if self._wait(item, words := f"waits for the rig, which is in use by {owner}"):
-                self._tell_once(f"item {item.number} {words}")
+        owner = self.world.busy(item)
+        behind = self._clock_behind(queue, None)
+        if words := f"waits for the rig, which is in use by {owner}" if owner else behind and f"waits: {behind}":
+            self._tell_once(f"item {item.number} {words}")
+            self._wait(item, words)
             return
         self._waits_since = None
         if item.state is ItemState.RESUMING:
@@ -170,7 +184,8 @@ class Runner:
         def unless_disarmed(queue: Queue) -> None:
             now_utc = self.clock.now_utc()
             is_late = kind == "start" and item.is_late(now_utc)
-            if queue.arming is not None and queue.is_armed(self.world.boot(), now_utc) and not is_late:
+            is_armed = queue.is_armed(self.world.boot(), now_utc) and not self._is_used(queue)
+            if queue.arming is not None and is_armed and not is_late:
                 begin(queue.arming)
 
         self.store.hold(unless_disarmed)
@@ -182,7 +197,8 @@ class Runner:
             return
 
         def unless_disarmed(queue: Queue) -> None:
-            if queue.arming is not None and self._is_armed_but_for_the_start(queue):
+            is_armed = self._is_armed_but_for_the_start(queue) and not self._is_used(queue)
+            if queue.arming is not None and is_armed:
                 self.world.resume(item, queue.arming.by, "cold start")
 
         self.store.hold(unless_disarmed)
@@ -190,6 +206,33 @@ class Runner:
     def _is_armed_but_for_the_start(self, queue: Queue) -> bool:
         """Whether nobody has taken back what was armed before the machine was started anew, and it is not over."""
         return queue.arming is not None and self.clock.now_utc() <= queue.arming.until_utc
+
+    def _is_used(self, queue: Queue) -> bool:
+        """Whether somebody had the rig outside the queue since this look began."""
+        return bool(unknown_uses(self.store.folder, queue))
+
+    def _clock_behind(self, queue: Queue, last_utc: datetime | None) -> str:
+        """Say that this machine's clock is before what has happened: no hour that was armed can be told by it."""
+        now_utc = self.clock.now_utc()
+        happened = max(filter(None, (queue.last_line_utc(), last_utc)), default=now_utc)
+        if now_utc >= happened:
+            return ""
+        return (
+            f"the clock of this machine shows {at_both(now_utc, to_the_second=True)}, which is before what it has "
+            f"recorded already ({at_both(happened, to_the_second=True)}); set the clock"
+        )
+
+    def _tell_of_use(self, queue: Queue) -> None:
+        """Tell and ring, once, that a use from outside has disarmed the queue and what waits does not begin."""
+        waiting = queue.in_state(ItemState.RESUMING, ItemState.WAITING)
+        kinds = [event for event in queue.events if event.kind in ("arm", "disarm") or event.detail.get("disarms")]
+        if not waiting or not kinds or kinds[-1].kind != "used":
+            return
+        text = f"is not begun: the queue is disarmed: {queue.disarmed_because}"
+        if text not in self._rung:
+            self._rung.add(text)
+            self._tell_once(f"item {waiting[0].number} {text}")
+            self._ring(waiting[0], "disarmed", text)
 
     def _wait(self, item: Item, words: str) -> bool:
         """Ring once where the item has waited long for the same; returns whether it has."""

@@ -7,6 +7,8 @@ event                  what becomes of the queue
 ``checked``            an item that is refused stays with its sentences, until it is removed or added again
 ``arm``                what waits may start, until the time that was said, and until the next cold start
 ``attest``             a person says what is mounted; the check set of the run verifies it by measurement
+``used``               somebody had the rig outside the queue: it is disarmed; after all but a jog and a stop nobody
+                       has said what is mounted
 ``start``, ``resume``  an item has the rig
 ``began``              the run of the item is known
 ``unbegun``            no run began: it waits again where the rig was busy, else as ``ended``
@@ -85,6 +87,8 @@ class Item:
     not_before_utc: datetime | None
     not_after_utc: datetime | None
     resumes_after_power_cut: bool
+    ports: tuple[str, ...] = ()
+    """Of the rig, as they were when it was added."""
     state: ItemState = ItemState.WAITING
     reasons: tuple[str, ...] = ()
     """Why it is refused, or what ended it."""
@@ -99,6 +103,11 @@ class Item:
     reason: str = ""
     """Of the person who decided that it is to be resumed."""
     decided_by: str = ""
+
+    @property
+    def resources(self) -> tuple[str, ...]:
+        """What its run locks: the rig file, and the ports of the rig."""
+        return (self.rig.path, *self.ports)
 
     def is_late(self, now_utc: datetime) -> bool:
         return self.not_after_utc is not None and now_utc > self.not_after_utc
@@ -135,6 +144,9 @@ class Queue:
     arming: Arming | None = None
     disarmed_because: str = "nobody has armed it"
     attestation: Attestation | None = None
+    unsaid_because: str = "nobody has said what is mounted"
+    uses: frozenset[str] = frozenset()
+    """The marks of every use of the rig from outside that is on record here."""
     numbers: int = 0
     """The highest number that an item has had."""
     events: tuple[Event, ...] = field(default=(), repr=False)
@@ -150,6 +162,11 @@ class Queue:
         if self.arming.boot != boot:
             return "the machine was started anew since"
         return f"{self.arming.by} armed it until {at_both(self.arming.until_utc)}" * (now_utc > self.arming.until_utc)
+
+    def last_line_utc(self) -> datetime | None:
+        """Return the time of the latest line since it was armed last: a clock that is right is not before it."""
+        since = next((n for n in range(len(self.events) - 1, -1, -1) if self.events[n].kind == "arm"), 0)
+        return max((event.utc for event in self.events[since:]), default=None)
 
     def item(self, number: int) -> Item | None:
         return next((item for item in self.items if item.number == number), None)
@@ -175,7 +192,8 @@ def _after(queue: Queue, event: Event) -> Queue:
     match event.kind:
         case "add":
             item = _item(detail)
-            added = replace(queue, items=(*queue.items, item), numbers=item.number)
+            known = queue.uses.union(detail.get("uses", ()))
+            added = replace(queue, items=(*queue.items, item), numbers=item.number, uses=known)
             return _changed_by(added, str(detail["by"]), "added to")
         case "move":
             return _changed_by(_moved(queue, int(detail["item"]), int(detail["to"])), str(detail["by"]), "reordered")
@@ -191,6 +209,8 @@ def _after(queue: Queue, event: Event) -> Queue:
             return _disarmed(queue, str(detail["reason"]))
         case "attest":
             return replace(queue, attestation=Attestation(str(detail["by"]), dict(detail["mounted"]), event.utc))
+        case "used":
+            return _used(queue, detail)
         case "start" | "resume":
             return _started(queue, event)
         case "began":
@@ -223,6 +243,7 @@ def _item(detail: Detail) -> Item:
         not_before_utc=_moment(detail["not_before_utc"]),
         not_after_utc=_moment(detail["not_after_utc"]),
         resumes_after_power_cut=bool(detail["resumes_after_power_cut"]),
+        ports=tuple(detail.get("ports", ())),
         state=ItemState.REFUSED if refused else ItemState.WAITING,
         reasons=refused,
     )
@@ -241,6 +262,21 @@ def _with(queue: Queue, detail: Detail, **changed: Any) -> Queue:
 
 def _disarmed(queue: Queue, reason: str) -> Queue:
     return replace(queue, arming=None, disarmed_because=reason)
+
+
+def _used(queue: Queue, detail: Detail) -> Queue:
+    queue = replace(queue, uses=queue.uses.union(detail["marks"]))
+    if queue.arming is not None:
+        queue = _disarmed(queue, f"the rig was used outside the queue, by {detail['who']}")
+    if queue.attestation is None or not detail["may_be_remounted"]:
+        return queue
+    said = queue.attestation
+    before = f"what {said.by} said at {at_both(said.said_utc)} is from before that"
+    return replace(
+        queue,
+        attestation=None,
+        unsaid_because=f"{detail['who']} has had the rig, with what nobody has said; {before}",
+    )
 
 
 def _changed_by(queue: Queue, by: str, how: str) -> Queue:

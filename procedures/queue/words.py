@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 
-from procedures.queue.state import OVER, Item, ItemState, Queue
+from procedures.queue.state import OVER, Arming, Item, ItemState, Queue
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
@@ -29,15 +29,20 @@ def armed_sentence(queue: Queue, boot: str, now_utc: datetime) -> str:
     if why := queue.why_not_armed(boot, now_utc):
         return f"disarmed: {one_line(why)}"
     assert queue.arming is not None
-    return f"armed by {one_line(queue.arming.by)} until {at_both(queue.arming.until_utc)}"
+    return armed_until(queue.arming)
+
+
+def armed_until(arming: Arming) -> str:
+    """Say who armed it until when."""
+    return f"armed by {one_line(arming.by)} until {at_both(arming.until_utc)}"
 
 
 def mounted_sentence(queue: Queue) -> str:
-    """Say what is mounted, and who says so."""
+    """Say what is mounted, who says so, and since when; else why nobody's word for it stands."""
     if queue.attestation is None:
-        return "mounted: nobody has said what"
+        return f"mounted: {one_line(queue.unsaid_because)}"
     said = queue.attestation
-    return f"mounted: {one_line(mounted_words(said.mounted))}, says {one_line(said.by)}"
+    return f"mounted: {one_line(mounted_words(said.mounted))}, says {one_line(said.by)}, at {at_both(said.said_utc)}"
 
 
 def awaited_sentence(queue: Queue, item: Item) -> str:
@@ -45,7 +50,7 @@ def awaited_sentence(queue: Queue, item: Item) -> str:
     if queue.is_mounted(item):
         return ""
     said = queue.attestation
-    instead = "nobody has said what is" if said is None else f"{mounted_words(said.mounted)} is, says {said.by}"
+    instead = queue.unsaid_because if said is None else f"{mounted_words(said.mounted)} is, says {said.by}"
     no_face = "" if any(item.needs.values()) else " (its rig file names no datum face)"
     return one_line(f"waits for an attestation that {mounted_words(item.needs)} is mounted{no_face}; {instead}")
 

@@ -10,7 +10,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import psutil
@@ -33,7 +33,7 @@ from rig.clock import Clock
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.errors import RigError
-from rig.lines.lock import owner_of
+from rig.lines.lock import STARTED_BY, owner_of
 
 BOOT_FILE = Path("/proc/sys/kernel/random/boot_id")
 COMMAND = (sys.executable, "-m", "procedures.cli.main")
@@ -72,9 +72,10 @@ class RigWorld:
         )
 
     def busy(self, item: Item) -> str:
-        """Return who has the rig file, or that an earlier process of the item has not ended yet."""
-        if (owner := owner_of(item.rig.path)) is not None:
-            return str(owner)
+        """Return who has the rig, or that an earlier process of the item has not ended yet."""
+        for resource in item.resources:
+            if (owner := owner_of(resource)) is not None:
+                return str(owner)
         return "an earlier process of the item, which has not ended yet" if self._is_locked(item) else ""
 
     def start(self, item: Item, by: str) -> None:
@@ -97,11 +98,12 @@ class RigWorld:
         is_owned_now = is_owned(run)
         with JournalReader.open(run) as reader:
             written, entered = reader.state(), reader.last_event("state")
+            last_utc = None if item.boot == boot() else _last_utc(reader)
         detail = {} if entered is None else entered.detail
         state = derived_state(written, is_alive=is_owned_now)
         reason, by = str(detail.get("reason", "")), str(detail.get("by", ""))
         has_ended = not is_owned_now and written in UNFINISHED and _was_owned_since_its_start(item, run)
-        return Look(is_alive or is_owned_now, run, state, reason, by, has_ended)
+        return Look(is_alive or is_owned_now, run, state, reason, by, has_ended, last_utc=last_utc)
 
     def is_stopped_by_something(self, item: Item) -> bool:
         try:
@@ -128,7 +130,7 @@ class RigWorld:
                     stdin=subprocess.DEVNULL,
                     stdout=log,
                     stderr=log,
-                    env=variables,
+                    env={**(os.environ if variables is None else variables), STARTED_BY: str(self.folder.resolve())},
                     start_new_session=True,
                     pass_fds=[lock.fileno()],
                 )
@@ -185,6 +187,12 @@ def _was_owned_since_its_start(item: Item, run: Path) -> bool:
     """Whether the process that was started last has had its run: what the journal tells is of that process then."""
     owned_utc = owned_since(run)
     return owned_utc is not None and item.started_utc is not None and owned_utc >= item.started_utc
+
+
+def _last_utc(reader: JournalReader) -> datetime | None:
+    """Return the latest time of a journal: of its events and its dwells."""
+    ended = (dwell.ended_utc for dwell in reader.dwells(with_samples=False))
+    return max((*(event.utc for event in reader.events()), *ended), default=None)
 
 
 def boot() -> str:

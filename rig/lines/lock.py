@@ -3,7 +3,7 @@
 The lock is that of :mod:`rig.file_lock`, on a file in one folder for all accounts (:mod:`rig.machine_folder`); a file
 beside it, each account's own, says who holds it. It keeps a second calrig on this machine away, whatever name it has
 for the port, not another program and not another machine: nothing here can (:mod:`procedures.lease` can, by a database
-that both know).
+that both know). Another file stays when the lock is given back: who used it last, which ends what a queue had armed.
 """
 
 import json
@@ -35,6 +35,8 @@ from rig.system_parts import module_here
 FOLDER = "locks"
 DEVICE = "device "
 """Of a resource that is a device by its own serial number."""
+STARTED_BY = "CALRIG_STARTED_BY"
+"""Environment variable of a process that a queue started: the folder of that queue."""
 _ATTEMPTS = 5
 _HERE = "this machine"
 _READABLE = 0o644
@@ -53,6 +55,17 @@ class LockOwner:
     purpose: str
     """What it holds it for: the command."""
     account: str = ""
+    queue: str = ""
+    """The folder of the queue whose process it is; empty where people began it."""
+
+    @property
+    def mark(self) -> str:
+        """What tells this use from every other."""
+        return f"{self.account} {self.pid} {self.since_utc}"
+
+    @property
+    def is_of_this_process(self) -> bool:
+        return (self.account, self.pid) == (account(), os.getpid())
 
     def __str__(self) -> str:
         whose = f" of {self.account}" if self.account not in ("", account()) else ""
@@ -91,8 +104,39 @@ def acquire(
     names = {identity_of(resource): canonical(resource) for resource in sorted(resources, reverse=True)}
     with ExitStack() as held:
         for identity, name in sorted(names.items()):
-            held.enter_context(_locked(_file_of(identity, folder or lock_folder()), name, purpose, clock))
+            owner = _this_process(name, purpose, clock)
+            held.enter_context(_locked(_file_of(identity, folder or lock_folder()), owner, clock))
         return RigLock(held.pop_all(), tuple(sorted(names.values())))
+
+
+def leave_use(
+    resources: Iterable[str], purpose: str, *, folder: Path | None = None, clock: Clock | None = None
+) -> list[str]:
+    """Leave on record that something was done to resources without holding them, as a stop from elsewhere.
+
+    Returns the marks of it. Raises: RigBusy where there is no folder.
+    """
+    left = []
+    for resource in resources:
+        owner = _this_process(canonical(resource), purpose, clock or SystemClock())
+        _leave(_file_of(identity_of(resource), folder or lock_folder()), owner)
+        left.append(owner.mark)
+    return left
+
+
+def uses(resources: Iterable[str], *, folder: Path | None = None) -> list[LockOwner]:
+    """Return the last use of each account and queue of any of the resources, whether it lasts or is over; by time.
+
+    Raises: RigBusy where there is no folder.
+    """
+    found: dict[str, LockOwner] = {}
+    for path in (_file_of(identity_of(resource), folder or lock_folder()) for resource in resources):
+        for text in path.parent.glob(f"{path.stem}.*.used"):
+            if (owner := _read(text)) is not None:
+                found[owner.mark] = owner
+        if path.exists() and (owner := _holder(path)) is not None:
+            found[owner.mark] = owner
+    return sorted(found.values(), key=lambda owner: owner.since_utc)
 
 
 def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
@@ -222,23 +266,38 @@ def _account_number() -> int | None:
 
 
 @contextmanager
-def _locked(path: Path, resource: str, purpose: str, clock: Clock) -> Iterator[None]:
+def _locked(path: Path, owner: LockOwner, clock: Clock) -> Iterator[None]:
     with _opened(path) as file:
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RigBusy(
-                f"{resource}: in use by {_owner(path) or 'another process'}; nothing was opened;"
+                f"{owner.resource}: in use by {_owner(path) or 'another process'}; nothing was opened;"
                 " wait until it has finished, or stop it"
             )
-        since_utc = clock.now_utc().isoformat(timespec="seconds")
-        number = _account_number()
-        whose = re.sub(r"[^A-Za-z0-9]+", "-", account()) if number is None else number
-        text = path.with_name(f"{path.stem}.{whose}.owner")
-        _say(text, LockOwner(resource, os.getpid(), since_utc, purpose, account()))
+        text = path.with_name(f"{path.stem}.{_whose()}.owner")
+        _say(text, owner)
+        _leave(path, owner)
         try:
             yield
         finally:
             with suppress(OSError):
                 text.unlink()
+
+
+def _this_process(resource: str, purpose: str, clock: Clock) -> LockOwner:
+    since_utc = clock.now_utc().isoformat(timespec="microseconds")
+    return LockOwner(resource, os.getpid(), since_utc, purpose, account(), os.environ.get(STARTED_BY, ""))
+
+
+def _whose() -> str:
+    """Return this account as a part of a file's name."""
+    number = _account_number()
+    return re.sub(r"[^A-Za-z0-9]+", "-", account()) if number is None else str(number)
+
+
+def _leave(path: Path, owner: LockOwner) -> None:
+    """Write who uses it where it stays; what people began and what each queue began do not write over each other."""
+    by = blake2b(owner.queue.encode(), digest_size=6).hexdigest() if owner.queue else "people"
+    _say(path.with_name(f"{path.stem}.{_whose()}.{by}.used"), owner)
 
 
 def _opened(path: Path) -> IO[str]:
@@ -258,13 +317,15 @@ def _holder(path: Path) -> LockOwner | None:
 
 def _owner(path: Path) -> LockOwner | None:
     """Return what the newest text of a living process beside it says; None where none is whole."""
-    found = []
-    for text in path.parent.glob(f"{path.stem}.*.owner"):
-        with suppress(OSError, ValueError, TypeError):
-            owner = LockOwner(**json.loads(text.read_text(encoding="utf-8")))
-            if pid_exists(owner.pid):
-                found.append(owner)
+    read = map(_read, path.parent.glob(f"{path.stem}.*.owner"))
+    found = [owner for owner in read if owner is not None and pid_exists(owner.pid)]
     return max(found, key=lambda owner: owner.since_utc, default=None)
+
+
+def _read(text: Path) -> LockOwner | None:
+    with suppress(OSError, ValueError, TypeError):
+        return LockOwner(**json.loads(text.read_text(encoding="utf-8")))
+    return None
 
 
 def _say(text: Path, owner: LockOwner) -> None:

@@ -22,7 +22,7 @@ LATER = {
     "importlib.metadata": {"procedures/cli/main.py", "procedures/import_name/calrig/__init__.py"},
     "procedures.cli.support": {"procedures/cli/main.py"},
     # the stop goes before anything else is imported
-    "procedures.cli": {"procedures/cli/main.py", "procedures/cli/start.py"},
+    "procedures.cli": {"procedures/cli/main.py", "procedures/cli/start.py", "procedures/cli/stop_at_once.py"},
     "procedures.journal.spool": {"procedures/cli/stop_at_once.py"},
     "procedures.errors": {"procedures/cli/stop_at_once.py"},
     "rig.clock": {"procedures/cli/stop_at_once.py"},

@@ -17,6 +17,7 @@ from ams.sets.coefficients import CoefficientSet
 from ams.units import printed
 from procedures.cli.locations import shared_archive_url
 from procedures.cli.output import note
+from procedures.cli.queues_disarmed import note_disarmed
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.lease.keeper import leased
@@ -183,6 +184,7 @@ def opened_stream(wiring: StreamWiring, for_s: float | None) -> Iterator[Iterato
         ) as opened,
         stoppable_wait(opened.clock) as wait,
     ):
+        note_disarmed()
         opened.require_identities()
         yield _blocks(opened.streams[wiring.name], opened.clock, wait, for_s)
 

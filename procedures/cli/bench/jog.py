@@ -14,6 +14,7 @@ from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import note, print_json, say
+from procedures.cli.queues_disarmed import note_disarmed
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
@@ -109,6 +110,7 @@ def jog(
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
+        note_disarmed()
         for sentence in stop_what_moves(opened.axes, opened.clock, opened.motion) if wanted and not stop else ():
             note(sentence)
         if wanted:
@@ -171,6 +173,7 @@ def _screen(
         ) as opened,
         _homes_kept(opened),
     ):
+        note_disarmed()
         if served:
             with open(sys.stdin.fileno(), "rb", buffering=0, closefd=False) as orders:
                 return jog_for_pages(opened, actions, snapshots, inferred, orders, sys.stdout.buffer, note)

@@ -16,12 +16,13 @@ from procedures.errors import ExitStatus, ProcedureError, RequestError
 from procedures.kinds.read import read_procedure
 from procedures.queue import people
 from procedures.queue.adding import add_run
+from procedures.queue.hands import heed
 from procedures.queue.moments import moment
 from procedures.queue.people import Choice
 from procedures.queue.runner import Runner
 from procedures.queue.state import Item, ItemState, Queue
 from procedures.queue.store import FILE, QueueStore, folder_of_rig
-from procedures.queue.words import item_document, queue_lines
+from procedures.queue.words import armed_sentence, item_document, mounted_sentence, queue_lines
 from procedures.queue.world import RigWorld, boot, is_possible
 from rig import file_lock
 from rig.assembly.unguarded import unguarded_sentences
@@ -79,7 +80,7 @@ def add(
 @app.command(name="list")
 def list_(*, rig: OfRig = None, json: Json = False) -> None:
     """Show the queue: whether it is armed, what is mounted, and every item with what it waits for."""
-    _tell(_store(rig).read(), json=json)
+    _tell(heed(_store(rig)), json=json)
 
 
 @app.command
@@ -101,18 +102,24 @@ def remove(item: Number, /, *, rig: OfRig = None, operator: Operator = None) -> 
 
 
 @app.command
-def arm(*, until: str, rig: OfRig = None, operator: Operator = None) -> None:
-    """Let what waits start, until a time, in the name of the operator; told is what will run.
+def arm(*, until: str, expects: int | None = None, rig: OfRig = None, operator: Operator = None) -> None:
+    """Let what waits start, until a time, in the name of the operator; told is what will run, and what is mounted.
+
+    It holds for the rig as it stands: whoever has the rig outside the queue after it disarms the queue.
 
     Parameters
     ----------
     until
         Nothing starts after it: a time such as 06:00 or 2026-03-02T06:00, here.
+    expects
+        The sequence of the queue that was seen (list --json): refused where it is another by now.
     """
     clock = SystemClock()
     now = clock.now_utc()
     until_utc = moment(until, "--until", now)
-    _tell(people.arm(_store(rig), person_named(operator), until_utc, boot(), now))
+    store = _store(rig)
+    seen = heed(store).sequence if expects is None else expects
+    _tell(people.arm(store, person_named(operator), until_utc, boot(), now, expects=seen))
 
 
 @app.command
@@ -202,7 +209,9 @@ def _tell(queue: Queue, *, json: bool = False) -> None:
     if json:
         items: Sequence[Item] = [item for item in queue.items if item.state is not ItemState.REMOVED]
         armed = queue.is_armed(boot(), now)
-        print_json({"armed": armed, "sequence": queue.sequence, "items": [item_document(item) for item in items]})
+        sentences = {"told": armed_sentence(queue, boot(), now), "mounted": mounted_sentence(queue)}
+        documents = [item_document(item) for item in items]
+        print_json({"armed": armed, "sequence": queue.sequence, **sentences, "items": documents})
         return
     for line in queue_lines(queue, boot(), now):
         say(line)

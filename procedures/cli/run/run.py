@@ -37,6 +37,7 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note, note_paragraph, print_json, say, telling_what_is_done
 from procedures.cli.program_log import tell as log
+from procedures.cli.queues_disarmed import disarmed_by, note_disarmed
 from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
 from procedures.cli.run.last_word import last_word
@@ -64,6 +65,7 @@ from procedures.kinds.read import read_procedure
 from procedures.lease.keeper import leased
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.plan.plan import Plan
+from procedures.queue.hands import RESUME
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State
 from procedures.report.summary import print_summary, print_verdict
 from procedures.run.begin import begin
@@ -158,6 +160,7 @@ def _perform(
                 claim=lease.claim,
             ) as opened,
         ):
+            note_disarmed()
             tell_unguarded(performed)
             opened.identities()  # a device that is silent is told before anything is written
             now = SystemClock().now_utc()
@@ -225,6 +228,8 @@ def resume(
                 attended(begins, alerts, folder) as attendance,
             ):
                 at_last.callback(attendance.ring_out, folder)
+                for sentence in disarmed_by(RESUME, run=folder):
+                    note(sentence)
                 outcome = resume_run(
                     folder,
                     by or ("" if accept_changes else login_name()),

@@ -21,6 +21,7 @@ from procedures.cli.options import (
 )
 from procedures.cli.output import note as tell
 from procedures.cli.output import say
+from procedures.cli.queues_disarmed import disarmed_by
 from procedures.cli.steer.archive_url import url_of_run
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.dropped import tell_dropped
@@ -43,6 +44,7 @@ from procedures.journal.salvage import salvage as rescue
 from procedures.journal.second_folder import second_folder
 from procedures.journal.spool import ask
 from procedures.journal.taken_away import require_not_taken_away
+from procedures.queue.hands import REMOUNTED
 from procedures.records.dwells import DwellRecord
 from procedures.run.handover import handover as page
 
@@ -130,6 +132,7 @@ def void(
     say(f"{folder}: {count} dwells taken back; calrig resume {folder} measures them again")
     _end_results(folder)
     tell_dropped(folder)
+    _tell_queues(folder, is_remounted=remounted)
 
 
 def redo(
@@ -157,6 +160,13 @@ def redo(
     say(f"{folder}: {count} dwells of replication {replication} taken back; calrig resume {folder} measures them again")
     _end_results(folder)
     tell_dropped(folder)
+    _tell_queues(folder, is_remounted=remounted)
+
+
+def _tell_queues(folder: Path, *, is_remounted: bool) -> None:
+    """Where the package was moved, nobody has said for a queue what is mounted now."""
+    for sentence in disarmed_by(REMOUNTED, run=folder) if is_remounted else ():
+        say(sentence)
 
 
 def handover(run: AnyRun = None, /, *, out: RunsFolder = RUNS) -> int:

@@ -12,6 +12,7 @@ from cyclopts import Parameter
 from procedures.cli.locations import login_name, person_named
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
 from procedures.cli.output import print_json, say
+from procedures.cli.queues_disarmed import disarmed_by
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.follow import attach_to, shown_until_left
 from procedures.errors import ExitStatus, RequestError
@@ -174,6 +175,8 @@ def _ask(
     folder = alive_or_latest(run, runs)
     ask(folder, kind, by, datetime.now(UTC))
     say(f"{folder}: asked to {kind}; `calrig status {folder}` shows when it did")
+    for sentence in disarmed_by(kind, run=folder) if kind in ("stop", "abort") else ():
+        say(sentence)
 
 
 def _list(runs: Path, *, json: bool) -> ExitStatus:

@@ -13,9 +13,12 @@ from small_run import PROCEDURE, RIG
 from starlette.testclient import TestClient
 from visited_console import BASE, Visited
 
+from procedures.console import queues
 from procedures.queue import people
+from procedures.queue.store import QueueStore
 from procedures.records.states import State
 from rig.description.read import read_rig
+from rig.lines.lock import acquire
 
 OWN = {"origin": BASE}
 QUEUE = "/api/v1/queues/bench"
@@ -161,6 +164,35 @@ def test_who_may_not_or_has_not_seen_it_changes_nothing(visited: Visited, scene:
     assert _post(visited, scene, near, "arm", key="y", until="soon")[0] == 409
     assert near.post("/api/v1/queues/../../etc/arm", data={}, headers=OWN).status_code in (404, 405)
     assert scene.queue().sequence == before
+
+
+class BeatenStore(QueueStore):
+    """A store whose user is a moment too late: somebody else has put other work first since the page was looked at."""
+
+    def change(self, decide):  # type: ignore[no-untyped-def]
+        QueueStore(self.folder, self._clock).change(lambda queue: ("move", {"item": 2, "to": 1, "by": "Ben"}))
+        return super().change(decide)
+
+
+def test_what_was_seen_and_the_act_are_one(visited: Visited, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    browser, seen = visited.enter(), str(scene.queue().sequence)
+    monkeypatch.setattr(queues, "QueueStore", BeatenStore)
+    code, found = _post(visited, scene, browser, "arm", until="23:00", expects=seen)
+    assert (code, "in view of another queue" in found) == (409, True)
+    assert scene.queue().arming is None
+    assert _post(visited, scene, browser, "arm", key="nothing seen", until="23:00", expects="")[0] == 409
+
+
+def test_a_use_by_hand_is_shown_as_the_end_of_the_arming(visited: Visited, scene: Scene, tmp_path: Path) -> None:
+    browser = visited.enter()
+    assert _post(visited, scene, browser, "attest", mounted="SN1")[0] == 202
+    assert _post(visited, scene, browser, "arm", until="23:00")[0] == 202
+    with acquire([str(tmp_path / "rig.toml")], "run"):
+        page = browser.get("/queue").text
+        assert _post(visited, scene, browser, "arm", key="again", until="23:00")[0] == 409
+    assert "DISARMED" in page
+    assert "was used outside the queue, by process" in page
+    assert "has had the rig, with what nobody has said" in page
 
 
 @pytest.fixture

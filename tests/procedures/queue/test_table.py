@@ -152,14 +152,15 @@ def test_a_refused_item_stays_with_its_sentences_and_the_next_starts(scene, file
     assert scene.world.started == [(2, "start")]
 
 
-def test_a_busy_rig_is_waited_for_and_told_after_ten_minutes(scene, files):
+def test_a_busy_rig_is_waited_for_and_told_at_once_and_rung_after_ten_minutes(scene, files):
     make_ready(scene, files)
     scene.world.busy_by = "process 7 (jog)"
     steps(scene)
-    assert scene.messages == []
+    assert scene.messages == ["item 1 waits for the rig, which is in use by process 7 (jog)"]
+    assert scene.rung == []
     scene.clock.sleep(WAITING_NOTICE_S)
     steps(scene)
-    assert scene.messages == ["item 1 waits for the rig, which is in use by process 7 (jog)"]
+    assert [word for word, _ in scene.rung] == ["waits"]
     scene.world.busy_by = ""
     steps(scene)
     assert scene.world.started == [(1, "start")]

@@ -1,5 +1,6 @@
 """The world of a runner as files and locks have it: a run that ended while its process goes on to ring."""
 
+import subprocess
 import sys
 import threading
 from dataclasses import replace
@@ -17,12 +18,14 @@ from procedures.errors import RequestError
 from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal_reader import JournalReader
 from procedures.queue import people
+from procedures.queue.hands import heed
 from procedures.queue.state import Item, ItemState
 from procedures.queue.world import RigWorld
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
 from rig import file_lock
 from rig.clock import SystemClock
+from rig.lines.lock import uses
 
 NOBODY = (sys.executable, "-c", "")
 
@@ -88,6 +91,19 @@ def test_a_decision_that_is_refused_acknowledges_nothing(scene: Scene, tmp_path:
     with pytest.raises(RequestError, match="item 1 is running"):
         people.decide(scene.store, 1, "again", "mended", ANNA)
     assert not is_acknowledged(tmp_path / "run")
+
+
+def test_a_process_of_the_queue_that_has_the_rig_is_no_use_from_outside(scene: Scene, tmp_path: Path) -> None:
+    """It says whose it is; the same process begun by a person ends what is armed."""
+    takes_rig = (sys.executable, "-c", "import sys; from rig.lines.lock import acquire; acquire([sys.argv[4]], 'run')")
+    item, clock = scene.queue().items[0], SystemClock()
+    world = RigWorld(scene.folder, clock, lambda _rig: [], command=takes_rig)
+    world.start(item, ANNA)
+    assert [child.wait(60.0) for child in world._children] == [0]
+    assert [use.queue for use in uses(item.resources)] == [str(scene.folder)]
+    assert heed(scene.store).arming is not None
+    subprocess.run([*takes_rig, "run", item.procedure.path, "--rig", item.rig.path], check=True)
+    assert heed(scene.store).arming is None
 
 
 def _recorded(scene: Scene, run: Path) -> Item:

@@ -51,7 +51,8 @@ GROUP_BYTES = 150_000_000
 NOBODY = 65534
 AS_NOBODY = f"""
 import os
-import procedures.errors, procedures.journal.spool  # another account may not see where Python lies
+# Another account may not see where Python lies.
+import encodings.idna, importlib.readers, procedures.cli.queues_disarmed, procedures.errors, procedures.journal.spool
 from procedures.cli.start import main
 os.setuid({NOBODY})
 main()

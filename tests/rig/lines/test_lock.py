@@ -196,7 +196,7 @@ def test_all_accounts_may_lock_and_none_may_remove_what_another_made(
     assert lock_folder().stat().st_mode & 0o7777 == 0o1777
     with acquire(["socket://127.0.0.1:1"], "run"):
         modes = {path.suffix: path.stat().st_mode & 0o777 for path in lock_folder().iterdir()}
-    assert modes == {".lock": 0o644, ".owner": 0o644}
+    assert modes == {".lock": 0o644, ".owner": 0o644, ".used": 0o644}
 
 
 AS_NOBODY = """
