@@ -8,6 +8,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from guarded_engine import until
 from queue_scene import ANNA, Scene, add_item, arm_queue, queue_files
 from small_run import bench
 
@@ -65,6 +66,8 @@ def test_a_decision_ends_the_ringing_of_a_run_that_ended(scene: Scene, tmp_path:
         assert file_lock.take(lock, clock, 5)
         rings = threading.Thread(target=ring_out, args=(run, dispatcher), daemon=True)
         rings.start()
+        # A command of the alarm that was forked while the run had its lock holds it too until it is its own program.
+        assert until(lambda: world.look(item).has_ended, 10.0)
         seen = world.look(item)
         assert (seen.is_alive, seen.has_ended, seen.state) == (True, True, State.FAILED)
         of_a_start_that_has_not_had_the_run = replace(item, started_utc=clock.now_utc() + timedelta(hours=1))
