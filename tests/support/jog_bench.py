@@ -23,6 +23,7 @@ from rig.clock import SystemClock
 
 CLOCK = SystemClock()
 WITHIN_S = 30.0
+HOMED, STANDS = "roll: homed", "every axis stands still"
 RIG = "rig.toml"
 
 
@@ -115,9 +116,12 @@ class WordPage:
     def until(self, words: str) -> None:
         """Wait until something was told."""
         until_s = CLOCK.monotonic_s() + WITHIN_S
-        while words not in (text := f"{self.messages} {self.seen.get('messages')}"):
+        while words not in (text := self._heard()):
             assert CLOCK.monotonic_s() < until_s, text
             CLOCK.sleep(0.01)
+
+    def _heard(self) -> str:
+        return f"{self.messages} {self.seen.get('messages')}"
 
     def take(self) -> None:
         self.say(say="take")
@@ -127,8 +131,14 @@ class WordPage:
             CLOCK.sleep(0.01)
 
     def home(self) -> None:
-        self.say(say="do", act="home", axis="roll", tick=self.seen["tick"])
-        self.until("roll: homed")
+        """Home roll; again where a machine without a processor for this page stopped it, and it stands still."""
+        until_s = CLOCK.monotonic_s() + WITHIN_S
+        while HOMED not in self._heard():
+            stops = self._heard().count(STANDS)
+            self.say(say="do", act="home", axis="roll", tick=self.seen["tick"])
+            while HOMED not in (text := self._heard()) and text.count(STANDS) <= stops:
+                assert CLOCK.monotonic_s() < until_s, text
+                CLOCK.sleep(0.01)
 
 
 class _Staying(HTTPRedirectHandler):
