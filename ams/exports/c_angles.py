@@ -10,9 +10,8 @@ from typing import Final
 
 from ams.exports.c_text import defined, filled
 from ams.inference.package_bounds import package_bounds
-from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet
-from ams.sets.vectors import INVERSE_STEPS, is_straight
+from ams.sets.vectors import INVERSE_STEPS, ROUNDING_DEG, is_straight
 
 TEXT: Final = (
     "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg) returns 0 where all is well, -1 where there are "
@@ -71,8 +70,6 @@ static inline int @p@_angles(const double outputs_v[3], double temperature_degc,
 """
 _STRAIGHT: Final = "by Cramer's rule"
 _BENT: Final = "what is left of the outputs, by Cramer's rule; the bend is small"
-_ROUNDING: Final = "1e-6"
-"""Degrees: angles of a row at the end of the range come back that far beyond it at most."""
 _DIGITS: Final = 2
 
 
@@ -112,20 +109,19 @@ def angle_function(coefficients: CoefficientSet) -> list[str]:
 
 def _outside(coefficients: CoefficientSet) -> list[str]:
     """Return in C what makes a row one outside the validity."""
-    said = table(coefficients.document["validity"])
     low, high = "@P@_{0}_MIN_{1}", "@P@_{0}_MAX_{1}"
-    found = [_beyond("*pitch_deg", low.format("PITCH", "DEG"), high.format("PITCH", "DEG"), f" - {_ROUNDING}")]
+    pitch, roll, degc = ("PITCH", "DEG"), ("ROLL", "DEG"), ("TEMPERATURE", "DEGC")
+    found = [
+        f"*pitch_deg < {low.format(*pitch)} - {ROUNDING_DEG}",
+        f"*pitch_deg > {high.format(*pitch)} + {ROUNDING_DEG}",
+    ]
     if not coefficients.validity.goes_round:
-        span = f"{high} - {low}".format("ROLL", "DEG")
-        turned = f"*roll_deg - {low} + {_ROUNDING}".format("ROLL", "DEG")
-        found.append(f"{turned} - 360.0 * floor(({turned}) / 360.0) > {span} + 2.0 * {_ROUNDING}")
-    if said.get("temperature_degc") is not None:
-        found.append(_beyond("temperature_degc", low.format("TEMPERATURE", "DEGC"), high.format("TEMPERATURE", "DEGC")))
+        span = f"{high.format(*roll)} - {low.format(*roll)}"
+        turned = f"*roll_deg - {low.format(*roll)} + {ROUNDING_DEG}"
+        found.append(f"{turned} - 360.0 * floor(({turned}) / 360.0) > {span} + 2.0 * {ROUNDING_DEG}")
+    if coefficients.validity.temperature_degc is not None:
+        found += [f"temperature_degc < {low.format(*degc)}", f"temperature_degc > {high.format(*degc)}"]
     return found
-
-
-def _beyond(value: str, low: str, high: str, rounding: str = "") -> str:
-    return f"{value} < {low}{rounding} || {value} > {high}{rounding.replace('-', '+', 1)}"
 
 
 def _unless_defined(name: str, value: float | str) -> list[str]:

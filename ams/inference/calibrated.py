@@ -154,6 +154,11 @@ def parameter_parts(
     ]
 
 
+def as_package(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> CalibratedPackage:
+    """Return the package, or where its set does not state what the axes have in common, one that has nothing."""
+    return package or CalibratedPackage(sensors, parameter_parts(sensors, None))
+
+
 def package_of_set(
     coefficients: CoefficientSet,
     axes: Sequence[str],

@@ -15,6 +15,7 @@ from ams.attitude.attitude_filter import FilterSettings
 from ams.attitude.kalman import known_direction
 from ams.attitude.rate_errors import rotation_matrices
 from ams.attitude.three_axes import blocks
+from ams.inference.calibrated import as_package
 from ams.inference.field_aid import FieldAid
 from ams.inference.inference import Package
 
@@ -49,12 +50,8 @@ def lasting_covariance(package: Package, sensed: FloatArray, readings: Mapping[s
     A row without the temperature that the set needs counts as its neighbours do.
     """
     sensors = package.sensors(readings, 0.0)
-    together = package.together(sensors)
-    if together is not None:
-        covariance_v2 = np.sum([part for part, _ in together.output_parts(sensed)], axis=0)
-    else:
-        variances = [np.sum([part for part, _ in sensor.calibration_parts(sensed)], axis=0) for sensor in sensors]
-        covariance_v2 = np.stack(variances, axis=-1)[..., None] * np.eye(len(sensors))
+    parts = as_package(sensors, package.together(sensors)).output_parts(sensed)
+    covariance_v2 = np.sum([part for part, _ in parts], axis=0)
     is_known = np.isfinite(covariance_v2).all(axis=(1, 2))
     if not is_known.all():
         covariance_v2[~is_known] = covariance_v2[is_known].mean(axis=0) if is_known.any() else 0.0

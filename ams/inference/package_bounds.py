@@ -15,7 +15,7 @@ from ams.arrays import FloatArray
 from ams.attitude.static import redundancy_limit
 from ams.attitude.three_axes import LARGEST_SD_RAD, SMALLEST_SLOPE
 from ams.frames import specific_force
-from ams.inference.calibrated import CalibratedPackage, package_of_set, parameter_parts, sensor_of_set
+from ams.inference.calibrated import CalibratedPackage, as_package, package_of_set, sensor_of_set
 from ams.sets.axis_section import standard_error_of
 from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet
@@ -55,9 +55,7 @@ def _temperatures(coefficients: CoefficientSet) -> list[float | None]:
 def _bounds_at(coefficients: CoefficientSet, temperature_degc: float | None) -> PackageBounds:
     degc = None if temperature_degc is None else np.array([temperature_degc])
     sensors = [sensor_of_set(coefficients, axis, _reading_sd_v(coefficients, axis), degc) for axis in coefficients.axes]
-    package = CalibratedPackage(
-        sensors, parameter_parts(sensors, package_of_set(coefficients, list(coefficients.axes), sensors))
-    )
+    package = as_package(sensors, package_of_set(coefficients, list(coefficients.axes), sensors))
     to_force = np.linalg.inv(np.stack([numbers.direction for numbers in coefficients.axes.values()]))
     force = _attitudes(coefficients.validity.pitch_deg, coefficients.validity.roll_deg)
     parts, dof = _parts(package, force)
