@@ -68,9 +68,8 @@ def taken_back_of(archive_url: str, key: str) -> str:
     Empty where nothing was, where the set is withdrawn already, and where no journal of its run is in reach.
     ``key``: a sensor (its latest set) or the beginning of a checksum. Raises: ams.errors.ArchiveError.
     """
-    found = set_of_run(archive_url, key)
-    word = None if found is None else _word_of(archive_url, found)
-    return "" if found is None or word is None else f"set {found.sha256[:12]} of {found.sensor}: {word}"
+    found = _taken_back(archive_url, key)
+    return "" if found is None else _in_words(*found)
 
 
 def require_standing_dwells(archive_url: str, key: str, spared: str) -> None:
@@ -78,12 +77,13 @@ def require_standing_dwells(archive_url: str, key: str, spared: str) -> None:
 
     Raises: RequestError, ams.errors.ArchiveError.
     """
-    found = set_of_run(archive_url, key)
-    if found is None or (word := _word_of(archive_url, found)) is None:
+    found = _taken_back(archive_url, key)
+    if found is None:
         return
-    run = shlex.quote(str(next(_folders(archive_url, found), found.run_id)))
+    entry, _ = found
+    run = shlex.quote(str(next(_folders(archive_url, entry), entry.run_id)))
     raise RequestError(
-        f"set {found.sha256[:12]} of {found.sensor}: {word}; it is not for use and {spared}; calrig solve {run} "
+        f"{_in_words(*found)}; it is not for use and {spared}; calrig solve {run} "
         f"--archive {shlex.quote(without_password(archive_url))} withdraws it in the archive, and calrig resume {run} "
         "measures again where the run is not closed"
     )
@@ -97,6 +97,17 @@ def require_last_of_run(archive_url: str, key: str) -> None:
             f"set {before[:12]}: its run was published again since, as set {after[:12]}, which counts; nothing was "
             f"signed; look at both (calrig archive compare {before[:12]} {after[:12]}), sign that one or withdraw it"
         )
+
+
+def _taken_back(archive_url: str, key: str) -> tuple[SetOfRun, TakenBack] | None:
+    """Return a set and what was taken back after it was made; None where nothing was, as far as is in reach."""
+    entry = set_of_run(archive_url, key)
+    word = None if entry is None else _word_of(archive_url, entry)
+    return None if entry is None or word is None else (entry, word)
+
+
+def _in_words(entry: SetOfRun, word: TakenBack) -> str:
+    return f"set {entry.sha256[:12]} of {entry.sensor}: {word}"
 
 
 def _withdraw(archive_url: str, sets: Iterable[SetOfRun], word: TakenBack) -> None:
