@@ -1,7 +1,8 @@
 """``--detach`` of ``run`` and ``resume``: the same command in a process of its own, without a terminal.
 
-The shell comes back, and what it would have said goes to a file in the run's folder. It is waited for until the run has
-its folder and nothing refuses it any more, so that a refusal is told here.
+The shell comes back, and what it would have said goes to a file in the run's folder. It is waited for until the run is
+in the hands of that process, by its journal: a refusal is told here, and who asks for its state next is told that of
+the run that goes on.
 """
 
 import os
@@ -17,6 +18,8 @@ from procedures.alerts.reader import is_read, read_by_us
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.announced_folder import announced_folder
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.storage import JOURNAL_FILE
 from rig.clock import Clock, SystemClock
 
 LOG_FILE = "terminal.log"
@@ -46,6 +49,7 @@ def detached(
     given = [word for option, value in options.items() if value is not None for word in (option, str(value))]
     command = [sys.executable, "-m", "procedures.cli.main", name, *arguments, *given]
     command += [flag for flag, is_set in flags.items() if is_set]
+    opened_before = _last_opening(out)
     log = _log_in(out)
     with log.open("wb") as output:
         child = subprocess.Popen(  # noqa: S603  this very program
@@ -58,9 +62,11 @@ def detached(
             creationflags=_AWAY_FROM_CONSOLE,
         )
     folder = None
-    while (folder := announced_folder(log)) is None and child.poll() is None:
+    while (folder := announced_folder(log)) is None or not _is_taken_up(folder, opened_before):
+        if child.poll() is not None:
+            break
         clock.sleep(_LOOK_S)
-    if folder is None:
+    if folder is None or not _is_taken_up(folder, opened_before):
         said = log.read_text(encoding="utf-8", errors="replace").strip()
         log.unlink()
         for line in said.splitlines():
@@ -77,6 +83,23 @@ def detached(
             f"{folder}: runs as process {child.pid}; calrig attach {folder} shows it, {kept.name} there keeps its words"
         )
     return ExitStatus.DONE
+
+
+def _last_opening(folder: Path) -> int:
+    """Return where in its journal a process opened the run last; 0 where none did, and of a folder of runs."""
+    if not (folder / JOURNAL_FILE).exists():
+        return 0
+    with JournalReader.open(folder) as reader:
+        opened = reader.last_event("opened")
+    return 0 if opened is None else opened.sequence
+
+
+def _is_taken_up(folder: Path, opened_before: int) -> bool:
+    """Return whether a process opened the run after that, and has entered a state since."""
+    opened = _last_opening(folder)
+    with JournalReader.open(folder) as reader:
+        entered = reader.last_event("state")
+    return opened > opened_before and entered is not None and entered.sequence > opened
 
 
 def _free_name(folder: Path) -> Path:
