@@ -157,7 +157,10 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
         _DECLARE,
     ),
     "meter-undeclared": KindOfFinding(
-        "file", "No standard of the meter is declared, so that its errors are in no uncertainty", _DECLARE
+        "file",
+        "No standard of the meter, or no crosstalk of its scanner, is declared, so that their errors are in no "
+        "uncertainty",
+        _DECLARE,
     ),
     "rate-undeclared": KindOfFinding(
         "file",

@@ -35,6 +35,8 @@ class Attitude:
     """(N,) known value of the quantity, for straight lines."""
     level_errors: FloatArray | None = None
     """(N, q) what one standard uncertainty of each of q errors does to it."""
+    scanned_v: FloatArray | None = None
+    """(N, q) volts on each of the channels of a scanner that leaks."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
     mounting: IntArray | None = None

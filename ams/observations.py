@@ -37,6 +37,8 @@ class Observations:
     """(N,) known value of the quantity in its own unit, for straight lines; None otherwise."""
     level_errors: FloatArray | None = None
     """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``; None: it has none."""
+    scanned_v: FloatArray | None = None
+    """(N, q) volts on each of the q channels of a scanner that leaks, this sensor's among them; None: none does."""
     mounting: IntArray | None = None
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
     step: IntArray | None = None

@@ -17,7 +17,7 @@ from ams.calibration.joint_document import joint_calibration, joint_warnings
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest, refuse_unusable
-from ams.inputs.shared_errors import COURSES, HALF, Effect, SharedError, carriers
+from ams.inputs.shared_errors import COURSES, HALF, Effect, SharedError, carriers, leaking_v
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.rounding import significant, two_digits
@@ -29,7 +29,7 @@ from ams.solve.shifts_within import shifts_within
 from ams.solve.table_errors import UPRIGHT, WHOLE_TABLE, Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 
-_OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain", "departure")
+_OF_THE_CHANNEL: tuple[Effect, ...] = ("reading", "gain", "departure", "crosstalk")
 
 
 def calibrate_jointly(observations: Observations, request: CalibrationRequest, priors: TablePriors) -> Calibration:
@@ -69,7 +69,7 @@ def solve_jointly(
     fit = joint_fit(mountings, axes, priors, has_terms=request.extended == "yes")
     of_run = (request.known_of_run, request.single_approach)
     diagnosis = diagnose_joint(mountings, fit, priors, request.tested_axes, request.declared, *of_run)
-    fit = _with_channels(fit, request.shared_errors)
+    fit = _with_channels(fit, mountings, request.shared_errors)
     if any(error.effect in COURSES for errors in request.shared_errors.values() for error in errors):
         fit = _with_courses(fit, _in_package(mountings, fit, priors), request.shared_errors)
     return fit, diagnosis
@@ -107,7 +107,9 @@ def with_level(priors: TablePriors, shared: Mapping[str, Sequence[SharedError]])
     )
 
 
-def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -> JointFit:
+def _with_channels(
+    fit: JointFit, mountings: Sequence[Mounting], shared: Mapping[str, Sequence[SharedError]]
+) -> JointFit:
     """Return the fit with what meters and resistors may be wrong by: no row tells of it, so it is only added."""
     errors = dict.fromkeys(
         error for axis in fit.axes for error in shared.get(axis, ()) if error.effect in _OF_THE_CHANNEL
@@ -117,7 +119,7 @@ def _with_channels(fit: JointFit, shared: Mapping[str, Sequence[SharedError]]) -
         covariance, common = np.zeros_like(fit.covariance), np.zeros((len(fit.covariance), 1))
         for axis in fit.axes:
             if error in shared.get(axis, ()):
-                effects, block = error.standard_uncertainty * _effects(error, fit, axis), fit.block(axis)
+                effects, block = error.standard_uncertainty * _effects(error, fit, axis, mountings), fit.block(axis)
                 if error.is_of_one_channel:
                     covariance[block, block] = effects @ effects.T
                 else:
@@ -163,9 +165,15 @@ def _with_courses(
     return replace(fit, components=components, covariance=np.asarray(sum(part.covariance for part in components)))
 
 
-def _effects(error: SharedError, fit: JointFit, axis: str) -> FloatArray:
+def _effects(error: SharedError, fit: JointFit, axis: str, mountings: Sequence[Mounting]) -> FloatArray:
     """Return (P, q) what one unit of an error does to the primary parameters."""
     primary = fit.primary[axis]
+    if error.effect == "crosstalk":
+        every = [mounting.observations for mounting in mountings]
+        model = fit.sensors[axis].model
+        basis = np.concatenate([model.jacobian(primary, rows) for rows in every])
+        volts = np.concatenate([leaking_v(error, model.nominal_axis, rows) for rows in every])
+        return np.asarray(np.linalg.pinv(basis) @ volts)
     if error.effect == "departure":
         return np.asarray(HALF * np.eye(primary.size)[:, carriers(fit.sensors[axis].model)])
     return primary[:, None] if error.effect == "gain" else np.eye(primary.size)[:, :1]

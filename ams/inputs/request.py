@@ -192,6 +192,7 @@ def select_rows(observations: Observations, kept: BoolArray) -> Observations:
         euler_rate_rad_s=None if observations.euler_rate_rad_s is None else observations.euler_rate_rad_s[kept],
         reference_level=None if observations.reference_level is None else observations.reference_level[kept],
         level_errors=None if observations.level_errors is None else observations.level_errors[kept],
+        scanned_v=None if observations.scanned_v is None else observations.scanned_v[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
         step=None if observations.step is None else observations.step[kept],
         from_level=None if observations.from_level is None else observations.from_level[kept],

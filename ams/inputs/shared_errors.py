@@ -22,7 +22,7 @@ from ams.statistics.budget import Kind
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
     "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop", "spin-direction",
-    "seat",
+    "seat", "crosstalk",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -36,7 +36,8 @@ time (:mod:`ams.solve.shifts_within`);
 ``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart;
 ``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it;
 ``spin-direction``: radians to either side of the axis of the table that ``columns`` names (0 pitch, 1 yaw, 2 roll),
-about which a gyro turns; ``seat``: the same, by an error of its own at each position."""
+about which a gyro turns; ``seat``: the same, by an error of its own at each position;
+``crosstalk``: the part of the volts of another channel that a reading has too much, of each of ``columns`` its own."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
@@ -81,7 +82,10 @@ class SharedError:
     """Where it comes from and as what, such as ``standards.meter: limit 20 µV``."""
     columns: tuple[int, ...] = ()
     """Of the observations' ``level_errors``, for the effect ``level``; of the level axes for ``rotation``; of the axes
-    of the table for ``spin-direction``."""
+    of the table for ``spin-direction``; of the observations' ``scanned_v`` for ``crosstalk``."""
+    axes: tuple[str, ...] = ()
+    """Of ``crosstalk``: the sensor axis whose channel each of ``columns`` is, empty of others'; none leaks into itself,
+    so that all axes behind one scanner have one and the same error and are solved together."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
     is_weighed: bool = True
@@ -130,6 +134,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return np.asarray(primary[slope] * rows.level_errors[:, list(error.columns)])
     if error.effect in COURSES:
         return None
+    if error.effect == "crosstalk":
+        return leaking_v(error, model.nominal_axis, rows)
     if error.effect == "departure":
         return _departing(model, rows)
     if error.effect == "rotation":
@@ -140,6 +146,22 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return _leaning(error, model, primary, rows)
     effect = _effect(error.effect, model, primary, rows)
     return None if effect is None else effect[:, None]
+
+
+def leaking_v(error: SharedError, axis: str, rows: Stimulus) -> FloatArray:
+    """Return (N, q) volts of a scanner's channels, which leak into that of an axis each by a part of its own.
+
+    Of the channel of the axis itself they are zero.
+
+    Raises: ObservationsError where nobody knows them: what leaks would silently be left out.
+    """
+    if rows.scanned_v is None:
+        raise ObservationsError(
+            f"{error.name}: {error.stated} is declared, and the rows do not state the volts of the other channels; "
+            "nothing was solved; give them as scanned_v of the observations, or leave the error out"
+        )
+    is_another = np.array([of_axis != axis for of_axis in error.axes])
+    return np.asarray(rows.scanned_v[:, list(error.columns)] * is_another)
 
 
 def carriers(model: Model) -> list[int]:

@@ -47,6 +47,10 @@ class Stimulus(Protocol):
         """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``."""
 
     @property
+    def scanned_v(self) -> FloatArray | None:
+        """(N, q) volts on each of the q channels of a scanner that leaks; None: none does."""
+
+    @property
     def from_level(self) -> FloatArray | None:
         """(N, 3, 3) mean rotation from level axes into the package's while a row was read; None: not known."""
 

@@ -10,6 +10,8 @@ NO_TABLE: Final = "no uncertainty of the table's indices is declared"
 """How it is said of axes that turn and of whose indices nothing is known: in remark, verdict and gap."""
 NO_METER: Final = "no uncertainty of the meter is declared"
 """How it is said of a meter without a standard that states volts: in remark, verdict and gap."""
+NO_CROSSTALK: Final = "no crosstalk of the scanner is declared"
+"""How it is said of a scanner of whose channels nobody declared how far they leak into each other."""
 NO_STANDARD_OF_RATES: Final = "no standard of the rates is declared"
 """How it is said of gyros that turned about an axis without a standard: in remark, verdict and gap."""
 NO_DIRECTIONS: Final = "no uncertainty of the directions of the table's axes is declared"
@@ -49,6 +51,7 @@ _WITHOUT: Final = MappingProxyType(
         NO_LEVEL: "the level of the base",
         NO_TABLE: "the uncertainty of the table's indices",
         NO_METER: "the uncertainty of the meter",
+        NO_CROSSTALK: "the crosstalk of the scanner",
         NO_STANDARD_OF_RATES: "a standard of the rates",
         NO_DIRECTIONS: "the directions of the table's axes",
         NO_THERMOMETER: "the uncertainty of the thermometer",

@@ -33,7 +33,7 @@ SHARED = MappingProxyType(
 they go with."""
 
 
-_NEVER_ALIKE = ("time_s", "temperature_degc")
+_NEVER_ALIKE = ("time_s", "temperature_degc", "scanned_v")
 _RATES = "euler_rate_rad_s"
 
 

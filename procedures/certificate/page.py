@@ -19,6 +19,7 @@ from ams.sets.stated_findings import (
 )
 from ams.sets.stated_verdict import conditions_in_words, grounds_in_words
 from ams.sets.vectors import LEVEL
+from ams.sets.verdict_conditions import NO_METER
 from ams.units import printed
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, meters_undeclared, printed_gaps
@@ -65,7 +66,7 @@ def certificate_page(grounds: Grounds) -> str:
         dwells=_dwells(grounds),
         rejected=rejected_lines(grounds.coefficients.document),
         verdict_conditions=conditions_in_words(grounds.coefficients.document),
-        meters=[said.fact for said in meters_undeclared(grounds)],
+        meters=[said.fact for said in meters_undeclared(grounds) if said.fact.startswith(NO_METER)],
         conditions=_conditions(grounds.coefficients),
         order=_order(grounds),
         shift=_shift_in_words(grounds.coefficients),

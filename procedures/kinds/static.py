@@ -5,6 +5,8 @@ from math import hypot, sqrt
 
 import numpy as np
 
+from ams.inputs.shared_errors import leaking_v
+from ams.observations import Observations
 from ams.rounding import with_uncertainty
 from ams.statistics.noise import AllanDeviation, allan_deviation, read_coefficients
 from ams.statistics.noise_terms import POWER_OF_TIME, TERMS, WORDS, NoiseTerm, noise_terms
@@ -75,8 +77,9 @@ class LongRest(PointKind):
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()
-        axes = {str(axis): _static_axis(item, channel, rows) for axis, channel in item.sensor.channels.items()}
-        return SolvedSensor(item.name, observed(item), None, None, static=axes)
+        seen = observed(item)
+        axes = {str(axis): _static_axis(item, channel, rows, seen) for axis, channel in item.sensor.channels.items()}
+        return SolvedSensor(item.name, seen, None, None, static=axes)
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
         if not solved.static:
@@ -96,7 +99,7 @@ class LongRest(PointKind):
         )
 
 
-def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord]) -> StaticAxis:
+def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord], seen: Observations) -> StaticAxis:
     """Return what the longest look says of an axis.
 
     The Allan deviation at the time of use says how far two neighbouring means lie apart.
@@ -120,7 +123,7 @@ def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord]) -> Sta
     return StaticAxis(
         unit=reading.unit,
         mean=mean,
-        mean_uncertainty=hypot(scatter, *_of_the_meter(rig, sensor, channel, mean)),
+        mean_uncertainty=hypot(scatter, *_of_the_meter(rig, sensor, channel, mean, seen)),
         tau_s=tuple(allan.tau_s.tolist()),
         allan_deviation=tuple(allan.deviation.tolist()),
         random_walk_per_sqrt_s=coefficients.random_walk_per_sqrt_s,
@@ -160,7 +163,9 @@ def _check_parts(request: PlanRequest, parts: Mapping[str, str]) -> None:
             )
 
 
-def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float) -> Iterator[float]:
+def _of_the_meter(
+    rig: RigDescription, sensor: Sensor, channel: str, mean: float, seen: Observations
+) -> Iterator[float]:
     """Yield standard uncertainties of a mean by what the rig declares of the chain that reads it."""
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
     for error in shared_errors(rig, sensor, counts_shift=False)[axis]:
@@ -168,6 +173,8 @@ def _of_the_meter(rig: RigDescription, sensor: Sensor, channel: str, mean: float
             yield error.standard_uncertainty
         elif error.effect == "gain":
             yield error.standard_uncertainty * mean
+        elif error.effect == "crosstalk":
+            yield from (error.standard_uncertainty * leaking_v(error, axis, seen).mean(axis=0)).tolist()
 
 
 def _per_unit(sensor: Sensor, axis: str, unit: str, part: SensorPart | None) -> float | None:

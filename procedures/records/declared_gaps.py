@@ -10,6 +10,7 @@ from typing import Any
 from ams.findings import Said
 from ams.observations import Observations
 from ams.sets.verdict_conditions import (
+    NO_CROSSTALK,
     NO_DIRECTIONS,
     NO_GRAVITY,
     NO_METER,
@@ -98,6 +99,22 @@ def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...
             f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here",
             f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that "
             "standard under [standards.NAME] of the rig file",
+        ),
+    )
+
+
+def crosstalk_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...]:
+    """Say that nobody declared how far the channels of the scanners leak into each other that read a sensor."""
+    scanners = {} if sensor is None else rig.scanners_behind(sensor)
+    unknown = [name for name, scanner in scanners.items() if scanner.crosstalk_ratio is None]
+    if not unknown:
+        return ()
+    return (
+        Said(
+            f"{NO_CROSSTALK} ({', '.join(unknown)}): what leaks from its other channels into a reading is the same all "
+            "night, passes for offset, sensitivity and direction and is in no residual, nor in any figure stated here",
+            f"declare {' and '.join(f'readouts.{name}.crosstalk_ratio' for name in unknown)} of the rig file, a limit "
+            "from the scanner's manual or measured with a neighbouring channel at full scale (-100 dB is 1e-5)",
         ),
     )
 
@@ -209,6 +226,7 @@ def undeclared_references(
         for text in (
             *table_remarks(rig, sensor, axes),
             *meter_remarks(rig, sensor),
+            *crosstalk_remarks(rig, sensor),
             *rate_remarks(rig, sensor, axes),
             *(direction_remarks(rig, sensor, axes) if tells_directions else ()),
         )

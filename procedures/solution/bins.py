@@ -13,6 +13,7 @@ from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Follow
 from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, DwellRecord
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.earth_turn import with_turned_earth
 from procedures.solution.observations import run_times_s, units_of
 from procedures.solution.request import SensorRows
@@ -37,6 +38,7 @@ def profile_observations(item: SensorRows) -> Observations:
         units=units_of(rows, channels),
         source=source,
     )
+    found = with_scanned_volts(found, item.rig, item.sensor)
     return with_turned_earth(found, item.rig, item.sensor) if item.plan.counts_earth else found
 
 

@@ -17,6 +17,7 @@ from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
 from procedures.plan.sequential import stopped_in_words
 from procedures.records.declared_gaps import (
+    crosstalk_remarks,
     direction_remarks,
     gravity_remarks,
     meter_remarks,
@@ -27,10 +28,11 @@ from procedures.records.declared_gaps import (
 )
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
 from procedures.solution.level_of_base import level_remarks, level_warnings
-from procedures.solution.observations import observations_of
+from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.request import (
     SensorRows,
     SolvedSensor,
@@ -56,6 +58,7 @@ def observed(item: SensorRows) -> Observations:
     temperature = temperature_source(item.rig, item.sensor)
     rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain, item.run)
     rows = rows if item.sensor.rolls else on_the_sting(rows)
+    rows = with_scanned_volts(rows, item.rig, item.sensor, design_dwells(item.dwells))
     if not item.plan.counts_earth or item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:
         return rows
     yaw = np.zeros(rows.rows) if rows.yaw_rad is None else rows.yaw_rad
@@ -95,6 +98,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
         table_remarks(item.rig, item.sensor, item.plan.axes),
         direction_remarks(item.rig, item.sensor, item.plan.axes),
+        crosstalk_remarks(item.rig, item.sensor),
     )
     stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
     remarks = (

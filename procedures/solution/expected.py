@@ -21,6 +21,7 @@ from procedures.plan.channels import temperature_source
 from procedures.plan.designs import DesignPoint
 from procedures.plan.specific_force import attitude_of, package_specific_force
 from procedures.solution.beliefs import AxisBelief
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.request import request_of
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -125,7 +126,8 @@ def expected_each(
     """Return the same for several beliefs that differ in noise, lack of fit and drift only. Raises: as one does."""
     axes = beliefs[0].axes
     tempered = at_use(rig, solve, sensor, rows)
-    observations = planned_observations(solve.model_of(serial, rolls=sensor.rolls), tempered, axes, rolls=sensor.rolls)
+    planned = planned_observations(solve.model_of(serial, rolls=sensor.rolls), tempered, axes, rolls=sensor.rolls)
+    observations = with_scanned_volts(planned, rig, sensor)
     request = request_of(serial, rig, sensor, solve, observations)
     found = expect_each(
         observations,

@@ -24,6 +24,7 @@ from procedures.plan.steps import Dwell, Rest, Turn
 from procedures.records.dwells import ChannelReading, DwellRecord, MotionRecord
 from procedures.solution.beliefs import NOMINAL_CONING_DEG
 from procedures.solution.by_model import observed
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.expected import assumed_degc
 from procedures.solution.levels import applied_ut
 from procedures.solution.lines import line_request, lines_of
@@ -80,6 +81,7 @@ def expected_points(
     recorded_degc = None if degc is None else np.full(rows.rows, degc)
     rows = replace(rows, temperature_degc=recorded_degc)
     rows = replace(rows, outputs={axis: _output(item, axis, truths[axis], sensed) for axis in truths})
+    rows = with_scanned_volts(rows, rig, measured)
     noise = {axis: _noise(item, axis, truth.noise) for axis, truth in truths.items()}
     solutions = solver(item, rows, {axis: Belief(noise_belief) for axis, noise_belief in noise.items()})
     return {axis: ExpectedPoints(solution, noise[axis], truths[axis]) for axis, solution in solutions.items()}

@@ -19,12 +19,14 @@ from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
 from procedures.errors import RequestError
 from procedures.plan.channels import environment_of
 from procedures.records.declared_gaps import (
+    crosstalk_remarks,
     gravity_remarks,
     meter_remarks,
     temperature_remarks,
     thermometer_remarks,
     undeclared_directions,
 )
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.dominating_limits import dominating_limits
 from procedures.solution.earth_turn import EARTH_DPS
@@ -68,6 +70,7 @@ def fitted(
         refuse_impossible_outputs(observations, columns, reach)
     used, recorded_degc = None if rig is None else sensor_of(rig, name), observations.temperature_degc
     request = at_use(request, used, recorded_degc)
+    observations = observations if rig is None else with_scanned_volts(observations, rig, used)
     solved = calibrate_packages({name: observations}, request)[name]
     of_rig = (*_of_level(request, rig), *_of_gravity(request, rig), *not_counted(request, rig))
     of_rig += () if rig is None else temperature_warnings(observations, rig, sensor_of(rig, name))
@@ -87,6 +90,7 @@ def fitted(
             level_remarks(rig),
             meter_remarks(rig, measured),
             gravity=gravity_remarks(rig, senses_gravity=_senses_gravity(request)),
+            crosstalk=crosstalk_remarks(rig, measured),
         )
         of_thermometer = thermometer_remarks(rig, [] if measured is None else [measured], request.temperature)
     remarks = (

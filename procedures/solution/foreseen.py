@@ -15,6 +15,7 @@ from ams.calibration_result import AxisCalibration
 from ams.findings import significant_texts
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.expected import Believed, PlannedRows, assumed_degc, at_use, planned_observations
 from procedures.solution.request import request_of
 from procedures.solution.temperature_of_use import beyond_measured, calibrated_degc, use_warnings
@@ -32,7 +33,8 @@ def foreseen_warnings(
 ) -> tuple[str, ...]:
     """Return the warnings of one sensor, each once. Raises: ams.errors.AmsError where the rows cannot be solved."""
     tempered, model = at_use(rig, solve, sensor, rows), solve.model_of(serial, rolls=sensor.rolls)
-    plain = planned_observations(model, tempered, believed.axes, rolls=sensor.rolls)
+    planned = planned_observations(model, tempered, believed.axes, rolls=sensor.rolls)
+    plain = with_scanned_volts(planned, rig, sensor)
     chance = np.random.default_rng(0)
     outputs = {
         axis: values

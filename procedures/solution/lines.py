@@ -30,7 +30,13 @@ from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from ams.solve.layout import layout_of
-from procedures.records.declared_gaps import gravity_remarks, meter_remarks, rate_remarks, temperature_remarks
+from procedures.records.declared_gaps import (
+    crosstalk_remarks,
+    gravity_remarks,
+    meter_remarks,
+    rate_remarks,
+    temperature_remarks,
+)
 from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels
 from procedures.solution.request import SensorRows, SolvedSensor
@@ -81,6 +87,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         meter=meter_remarks(item.rig, item.sensor),
         rates=rate_remarks(item.rig, item.sensor, item.plan.axes),
         gravity=gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
+        crosstalk=crosstalk_remarks(item.rig, item.sensor),
     )
     if len(along) > 1 and item.sensor.measures != "field":
         remarks = (*remarks, DIRECTIONS_NOT_MEASURED)
@@ -201,7 +208,7 @@ def _errors(
     of_reading = [
         shared_error
         for shared_error in shared_errors(item.rig, item.sensor, calibrated_degc=degc)[label]
-        if shared_error.effect in ("reading", "gain", "departure", "specific-force", *COURSES)
+        if shared_error.effect in ("reading", "gain", "departure", "specific-force", "crosstalk", *COURSES)
     ]
     ends = np.cumsum([error.columns.shape[1] for error in errors]).tolist()
     starts = [0, *ends]
@@ -225,6 +232,7 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         time_s=None if observations.time_s is None else observations.time_s[levels.rows],
         reference_level=levels.level,
         level_errors=_columns(levels.errors),
+        scanned_v=None if observations.scanned_v is None else observations.scanned_v[levels.rows],
         from_level=None if observations.from_level is None else observations.from_level[levels.rows],
         source=f"{observations.source}, axis {label}",
     )

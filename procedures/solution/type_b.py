@@ -16,6 +16,7 @@ from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
 from ams.units import ARCSEC_PER_DEG
 from procedures.numbers import two_digits
+from procedures.solution.crosstalk import crosstalk_errors
 from procedures.solution.earth_turn import earth_errors
 from procedures.solution.level_of_base import level_errors
 from procedures.solution.temperature_of_use import use_errors
@@ -213,7 +214,10 @@ def shared_errors(
         *(earth_errors(rig, sensor) if counts_earth else ()),
         *_directions(rig, sensor),
     )
-    return {str(axis): (*_chain(rig, channel), *common) for axis, channel in sensor.channels.items()}
+    return {
+        str(axis): (*_chain(rig, channel), *crosstalk_errors(rig, sensor, channel), *common)
+        for axis, channel in sensor.channels.items()
+    }
 
 
 def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:

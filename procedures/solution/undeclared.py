@@ -23,11 +23,13 @@ class Undeclared:
 
     directions: tuple[Said, ...] = ()
     """Of its axes, where gyros turned about them."""
+    crosstalk: tuple[Said, ...] = ()
+    """Of the scanner before the meter."""
 
     @property
     def remarks(self) -> tuple[str, ...]:
         """All of them as sentences."""
-        every = (*self.level, *self.table, *self.meter, *self.rates, *self.directions, *self.gravity)
+        every = (*self.level, *self.table, *self.meter, *self.crosstalk, *self.rates, *self.directions, *self.gravity)
         return tuple(said.text for said in every)
 
     @property
@@ -36,7 +38,7 @@ class Undeclared:
         kinds: Mapping[FindingKind, tuple[Said, ...]] = {
             "level-undeclared": self.level,
             "table-undeclared": (*self.table, *self.directions),
-            "meter-undeclared": self.meter,
+            "meter-undeclared": (*self.meter, *self.crosstalk),
             "rate-undeclared": self.rates,
             "gravity-undeclared": self.gravity,
         }

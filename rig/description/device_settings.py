@@ -201,6 +201,14 @@ class ReadoutSettings(StrictTable):
         return None
 
 
+class ScannedReadoutSettings(ReadoutSettings):
+    """A meter that reads several channels through a scanner."""
+
+    crosstalk_ratio: Annotated[float, Field(gt=0.0, le=0.01)] | None = None
+    """The part of the volts of any other channel that a reading may have too much: a limit; None: nobody declares it.
+    Of −100 dB it is 1e-5."""
+
+
 class EnvironmentSettings(StrictTable):
     """One ``[environment.NAME]`` table."""
 

@@ -18,6 +18,7 @@ from rig.description.device_settings import (
     NotNegative,
     Positive,
     ReadoutSettings,
+    ScannedReadoutSettings,
     StreamSettings,
 )
 from rig.description.interlocks import Interlocks
@@ -289,6 +290,16 @@ class RigDescription(StrictTable):
         """Return the readouts that may read at the same time; none where it is not declared."""
         able = tuple(name for name, readout in self.readouts.items() if readout.reads_beside_others)
         return able if self.reading.together else ()
+
+    def scanners_behind(self, sensor: Sensor) -> dict[str, ScannedReadoutSettings]:
+        """Return the readouts that read outputs of a sensor through a scanner beside other channels, by name."""
+        names = dict.fromkeys(channel.partition(".")[0] for channel in sensor.channels.values())
+        scanned = {name: self.readouts[name] for name in names if name in self.readouts}
+        return {
+            name: readout
+            for name, readout in scanned.items()
+            if isinstance(readout, ScannedReadoutSettings) and len(readout.channel_names()) > 1
+        }
 
     def channel_units(self) -> dict[str, str]:
         """Return the unit of every channel of readouts and streams, by full name."""

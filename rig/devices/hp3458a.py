@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from rig.clock import Clock
-from rig.description.device_settings import NotNegative, Positive, ReadoutSettings
+from rig.description.device_settings import NotNegative, Positive, ScannedReadoutSettings
 from rig.devices.abilities import Burst, Wait
 from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
@@ -67,7 +67,7 @@ class Hp3458aChecks(MeterChecks):
         return self.autocalibrate or super().asks_for_anything
 
 
-class Hp3458aSettings(ReadoutSettings):
+class Hp3458aSettings(ScannedReadoutSettings):
     """``driver = "hp3458a"``."""
 
     driver: Literal["hp3458a"]

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.description.device_settings import Positive, ReadoutSettings
+from rig.description.device_settings import Positive, ScannedReadoutSettings
 from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.meter_checks import MeterChecks
 from rig.devices.scpi_talk import listed
@@ -96,7 +96,7 @@ class DaqChecks(MeterChecks):
         return {"short": self.short_channel, "reference": self.reference_channel}
 
 
-class ScpiDaqSettings(ReadoutSettings):
+class ScpiDaqSettings(ScannedReadoutSettings):
     """``driver = "scpi-daq"``."""
 
     driver: Literal["scpi-daq"]

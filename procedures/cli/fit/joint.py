@@ -1,6 +1,7 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,7 +20,8 @@ from ams.solve.table_errors import Mounting, TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import gravity_remarks, meter_remarks, temperature_remarks
+from procedures.records.declared_gaps import crosstalk_remarks, gravity_remarks, meter_remarks, temperature_remarks
+from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.fitted import sensor_of, sensor_warnings, use_degc_of
 from procedures.solution.level_of_base import level_remarks, level_warnings
@@ -67,6 +69,10 @@ def joint(
         refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, sensor_of(rig, sensor)))
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
     measured = sensor_of(rig, sensor)
+    mountings = [
+        replace(mounting, observations=with_scanned_volts(mounting.observations, rig, measured))
+        for mounting in mountings
+    ]
     recorded_degc = _recorded_degc(mountings)
     request = at_use(request, measured, recorded_degc)
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
@@ -80,6 +86,7 @@ def joint(
         () if set(priors) >= _TILTS else level_remarks(rig),
         meter_remarks(rig, measured),
         gravity=gravity_remarks(rig, senses_gravity=True),
+        crosstalk=crosstalk_remarks(rig, measured),
     )
     remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations, use_degc_of(measured)))
     calibration = joint_calibration(found, diagnosis, of_rig, remarks)

@@ -232,6 +232,15 @@ def test_a_meter_that_the_set_names_is_a_gap_whatever_another_standard_states() 
         check_grounds(_grounds(coefficients=entry))
 
 
+def test_a_crosstalk_that_nobody_declared_is_a_gap_and_the_meter_is_traceable_all_the_same() -> None:
+    plain = solved_package()
+    said = Finding("meter-undeclared", "no crosstalk of the scanner is declared (dmm): it leaks.", False)
+    axes = {**plain.axes, "y": replace(plain.axes["y"], findings=(said,))}
+    entry = build_set(replace(plain, axes=axes), provenance(**{**RELEASED, "standards": (STANDARD, METER)}))
+    assert said.text in list(gaps_of(_grounds(coefficients=entry)))
+    assert "The voltages are not" not in _text(_grounds(coefficients=entry, is_specimen=True))
+
+
 def _dwell(replication: int, point: int, *reasons: str, again: bool = True) -> dict[str, object]:
     return {
         "purpose": "design",

@@ -42,7 +42,10 @@ from procedures.delivery.deliver import deliver, run_document, solve_run
 SENSOR = "SN1047"
 SLIP_ARCSEC, SLIPPED = 72.0, 80
 """By how much, and the first step after it: in the third replication of six."""
-WITHOUT = ", without the level of the base and the uncertainty of the meter, which are not declared"
+WITHOUT = (
+    ", without the level of the base, the uncertainty of the meter and the crosstalk of the scanner, which are not "
+    "declared"
+)
 """What the rig of the run does not declare: no word of the verdict stands without it."""
 ROOT = Path(__file__).parents[3]
 
