@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy.optimize import curve_fit
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration.columns import solve_columns
+from ams.calibration.solving.columns import solve_columns
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.accelerometer import PitchRoll

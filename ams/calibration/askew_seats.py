@@ -14,11 +14,11 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL
 from ams.arrays import FloatArray
-from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Diagnosis
+from ams.calibration.output.diagnosis import Diagnosis
+from ams.calibration.solving.columns import SolvedColumns
 from ams.findings import Finding
 from ams.inputs.shared_errors import SHOWN_BY_ROWS, SharedError, shared_columns
 from ams.models.model import Stimulus

@@ -8,7 +8,7 @@ Observations and a request go in, a :class:`~ams.calibration_result.Calibration`
 4. the mixed-model estimate, whose covariance holds precision, drift, lack of fit and the common errors, each once;
 5. the derived parameters, their uncertainties, the tests, and in words what the data cannot say.
 
-Axes that share a basis are solved together (:mod:`ams.calibration.columns`); the words are made here.
+Axes that share a basis are solved together (:mod:`ams.calibration.solving.columns`); the words are made here.
 """
 
 from collections.abc import Hashable, Iterator, Mapping, Sequence
@@ -17,27 +17,27 @@ from typing import Any, Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.declared_axis import handedness
+from ams.analysis.diagnostics.declared.declared_axis import handedness
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
 from ams.calibration.askew_seats import AskewSeats, judge_seats, with_seats
-from ams.calibration.believed import evidence_of
-from ams.calibration.columns import SolvedColumns, plots_of, solve_linearised
-from ams.calibration.contradicted_signs import contradicted_signs, with_readings_put_right
-from ams.calibration.diagnosis import (
+from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
+from ams.calibration.output.believed import evidence_of
+from ams.calibration.output.contradicted_signs import contradicted_signs, with_readings_put_right
+from ams.calibration.output.diagnosis import (
     Circumstances,
     Diagnosis,
     replication_tests,
 )
-from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
-from ams.calibration.model_choice import ModelChoice, base_model, choose_model, refuse_foreign_units
+from ams.calibration.output.untold import undetected_dwell, untold_of_few, untold_transient
+from ams.calibration.output.untold_curvature import bend_remarks, curvature_warnings
 from ams.calibration.outputs_together import diagnose_together, tilt_of_base, with_tilt
-from ams.calibration.steps import judge_steps
-from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
-from ams.calibration.tilting_base import BaseTilt
-from ams.calibration.untold import undetected_dwell, untold_of_few, untold_transient
-from ams.calibration.untold_curvature import bend_remarks, curvature_warnings
+from ams.calibration.solving.columns import SolvedColumns, plots_of, solve_linearised
+from ams.calibration.solving.model_choice import ModelChoice, base_model, choose_model, refuse_foreign_units
+from ams.calibration.steps.judged_steps import judge_steps
+from ams.calibration.steps.steps_of_output import NO_STEPS, StepsOfOutput
+from ams.calibration.together.tilting_base import BaseTilt
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding, significant_texts

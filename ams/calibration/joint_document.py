@@ -15,7 +15,7 @@ from ams.analysis.calibration_budget import AxisBudget
 from ams.calibration.document import Document, degrees_of_freedom, number
 from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration.joint_diagnosis import JointDiagnosis
-from ams.calibration.model_choice import NOT_DETERMINED, WHICH_OFFSET
+from ams.calibration.solving.model_choice import NOT_DETERMINED, WHICH_OFFSET
 from ams.calibration_result import (
     METHOD_VERSION,
     AxisCalibration,

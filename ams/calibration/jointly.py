@@ -11,9 +11,9 @@ from dataclasses import replace
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.calibration.columns import plots_of
 from ams.calibration.joint_diagnosis import JointDiagnosis, as_they_stood, diagnose_joint
 from ams.calibration.joint_document import joint_calibration, joint_warnings
+from ams.calibration.solving.columns import plots_of
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.errors import DesignError
 from ams.inputs.request import CalibrationRequest, refuse_unusable

@@ -11,18 +11,18 @@ Outputs that no index errors explain as they were read are judged without it.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL
-from ams.analysis.diagnostics.drift_course import likeliest_course
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.over_time.drift_course import likeliest_course
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import hours, slope_between
 from ams.arrays import FloatArray
-from ams.calibration.believed import evidence_of
-from ams.calibration.columns import SolvedColumns
-from ams.calibration.step_columns import part_of
-from ams.calibration.steps_of_output import NO_STEPS, StepsOfOutput
-from ams.calibration.table_limit import judge_table
+from ams.calibration.output.believed import evidence_of
+from ams.calibration.solving.columns import SolvedColumns
+from ams.calibration.steps.step_columns import part_of
+from ams.calibration.steps.steps_of_output import NO_STEPS, StepsOfOutput
+from ams.calibration.together.table_limit import judge_table
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.observations import Observations
 
@@ -40,7 +40,7 @@ def limits_of_package(
     family: int,
     solve: Solve,
 ) -> Sequence[TableLimit | None]:
-    """Return what is said to each output, group by group, as of :func:`ams.calibration.table_limit.judge_table`.
+    """Return what is said to each output, group by group, as ``judge_table`` has it.
 
     ``judged``: what the tests look at, of each group. ``steps``: by axis. ``family``: axes of the run. ``solve``: the
     same groups at other outputs.

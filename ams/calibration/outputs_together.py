@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL, AxisTests, BeliefTest
 from ams.analysis.diagnostics.facts import CONTAINED
-from ams.calibration.common_cause import AxisShown, judge_common_cause
-from ams.calibration.common_gain import OutputOfPackage, gain_finding
-from ams.calibration.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
-from ams.calibration.memory import judge_memory
+from ams.calibration.output.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.package_play import Group, outputs_of, shown_by_package, with_evidence, with_shown
-from ams.calibration.package_wide import PackageWide
-from ams.calibration.tilting_base import BaseTilt, judge_base, tilt_finding
+from ams.calibration.together.common_cause import AxisShown, judge_common_cause
+from ams.calibration.together.common_gain import OutputOfPackage, gain_finding
+from ams.calibration.together.memory import judge_memory
+from ams.calibration.together.package_wide import PackageWide
+from ams.calibration.together.tilting_base import BaseTilt, judge_base, tilt_finding
 from ams.finding_kinds import FindingKind
 from ams.findings import Finding
 

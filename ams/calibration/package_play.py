@@ -5,18 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS, shared_tests
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS, shared_tests
 from ams.analysis.diagnostics.beliefs import LEVEL
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.calibration.backlash import judge_play
-from ams.calibration.backlash_found import Play
-from ams.calibration.believed import Believed, evidence_of
-from ams.calibration.columns import SolvedColumns
-from ams.calibration.diagnosis import Circumstances
-from ams.calibration.in_step import judge_in_step
-from ams.calibration.package_wide import PackageWide
-from ams.calibration.roll_turn import judge_roll_turn
-from ams.calibration.step_columns import beside_of, step_columns
+from ams.calibration.output.believed import Believed, evidence_of
+from ams.calibration.output.diagnosis import Circumstances
+from ams.calibration.solving.columns import SolvedColumns
+from ams.calibration.steps.step_columns import beside_of, step_columns
+from ams.calibration.together.backlash import judge_play
+from ams.calibration.together.backlash_found import Play
+from ams.calibration.together.in_step import judge_in_step
+from ams.calibration.together.package_wide import PackageWide
+from ams.calibration.together.roll_turn import judge_roll_turn
 
 Group = tuple[SolvedColumns, Circumstances, Evidence | None]
 """Axes that were solved as one, what they were solved under, and what the tests look at."""

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration.table_dwell_search import StoodPackage
-from ams.calibration.table_dwells import judge_dwells
+from ams.calibration.together.table_dwell_search import StoodPackage
+from ams.calibration.together.table_dwells import judge_dwells
 from ams.calibration_result import Calibration, with_findings
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations

@@ -17,8 +17,8 @@ from physics_scenes import SCENES, Campaign, campaigns
 from solved_campaigns import columns_of, rows_of, rows_of_package
 
 from ams.arrays import FloatArray
-from ams.calibration.columns import solve_columns
 from ams.calibration.packages import calibrate_packages
+from ams.calibration.solving.columns import solve_columns
 from ams.calibration_result import AxisCalibration
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest

@@ -27,7 +27,7 @@ from hours_laboratory import (
 
 from ams.analysis.angle_uncertainty import KnownAxis, inferred
 from ams.arrays import FloatArray
-from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.frames import Attitude
 from ams.inputs.table_uncertainty import TableUncertainty, corrected
 from ams.models.extended import ExtendedPitchRoll, centring_of

@@ -11,7 +11,7 @@ from math import sqrt
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.calibration.columns import solve_columns
+from ams.calibration.solving.columns import solve_columns
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import f
 
-from ams.calibration.columns import solve_columns
+from ams.calibration.solving.columns import solve_columns
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 

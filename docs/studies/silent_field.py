@@ -7,9 +7,9 @@ from physics_scenes import FieldReadings, campaigns
 from silent_cells import JudgedCell, holds, named, offset_and_k, significant
 from silent_declared import BESIDE, COIL, Declared, separated
 
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL
-from ams.analysis.diagnostics.declared_field import FieldAxis, field_finding, judge_field
+from ams.analysis.diagnostics.declared.declared_field import FieldAxis, field_finding, judge_field
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration

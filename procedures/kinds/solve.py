@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ams.calibration.table_dwell_search import StoodPackage
-from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
+from ams.calibration.together.table_dwell_search import StoodPackage
+from ams.calibration.together.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
 from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun, ProvedChange
 from ams.observations import Observations

@@ -11,7 +11,7 @@ import numpy as np
 
 from ams.analysis.advice import advise
 from ams.analysis.calibration_budget import AxisBudget
-from ams.analysis.diagnostics.held_words import held_words
+from ams.analysis.diagnostics.words.held_words import held_words
 from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Replication
 from ams.findings import EXPLAINED_BY

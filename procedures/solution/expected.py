@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
 from ams.arrays import FloatArray
-from ams.calibration.expectation import Expectation, expect_each
+from ams.calibration.solving.expectation import Expectation, expect_each
 from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.units import RAD_PER_ARCSEC

@@ -13,7 +13,7 @@ from math import radians, sqrt
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.calibration.expectation import ExpectedSolution, expect
+from ams.calibration.solving.expectation import ExpectedSolution, expect
 from ams.frames import AXES, body_rates_rad_s
 from ams.models.accelerometer import vector_from_angles
 from ams.observations import Observations

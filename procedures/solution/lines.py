@@ -11,9 +11,9 @@ from typing import Any, cast
 import numpy as np
 
 from ams.analysis.calibration_budget import AxisBudget, axis_budget
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL
-from ams.analysis.diagnostics.declared_field import FieldAxis, field_finding, judge_field
+from ams.analysis.diagnostics.declared.declared_field import FieldAxis, field_finding, judge_field
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document

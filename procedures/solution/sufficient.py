@@ -9,7 +9,7 @@ runs instead of 95. Where a drift is significant the run goes on to its last rep
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ams.calibration.expectation import Shown, shown
+from ams.calibration.solving.expectation import Shown, shown
 from ams.errors import AmsError
 from procedures.errors import ProcedureError
 from procedures.plan.plan import Plan

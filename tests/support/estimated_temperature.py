@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from simulated_columns import NOISE_V, REFERENCE_DEGC, TRUTH, force_of
 
-from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.models.accelerometer import PitchRoll
 from ams.models.thermal import WithTemperature
 from ams.observations import Observations

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.inputs.request import select_rows
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.accelerometer import PitchRoll

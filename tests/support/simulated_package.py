@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from simulated_columns import ARCSEC, NOISE_V, REFERENCE_DEGC, Scene, force_of, model_of, teeth_within, warmed
 
-from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.inputs.request import select_rows
 from ams.observations import Observations
 

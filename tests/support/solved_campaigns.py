@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 from physics_scenes import Campaign, GyroRates
 
-from ams.calibration.columns import SolvedColumns, solve_columns
 from ams.calibration.packages import calibrate_packages
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.findings import Finding
 from ams.frames import AXES, Attitude, euler_rates_rad_s
 from ams.inputs.request import CalibrationRequest

@@ -17,7 +17,7 @@ from simulated_columns import NOISE_V, TRUTH, Scene, Simulated, force_of, simula
 from simulated_package import many_lines, simulate_packages
 
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
-from ams.calibration.columns import SolvedColumns
+from ams.calibration.solving.columns import SolvedColumns
 from ams.models.accelerometer import PitchRoll
 from ams.solve import mixed_model
 from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth, t_quantile

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from case_shares import rest_to_thorough
 
-from ams.calibration.columns import SolvedColumns, solve_columns
+from ams.calibration.solving.columns import SolvedColumns, solve_columns
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.accelerometer import PitchOnly
 from ams.observations import Observations

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from ams.analysis.diagnostics.earth_on_gyros import EARTH_ON_RATES
+from ams.analysis.diagnostics.declared.earth_on_gyros import EARTH_ON_RATES
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding

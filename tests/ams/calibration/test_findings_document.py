@@ -12,7 +12,7 @@ from ams.analysis.calibration_budget import axis_budget
 from ams.analysis.diagnostics.size_words import Scale
 from ams.calibration.calibrate import calibrate
 from ams.calibration.findings_document import full_document
-from ams.calibration.moved_quantities import _move
+from ams.calibration.output.moved_quantities import _move
 from ams.exports.formats import FORMATS
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ams.analysis.diagnostics.gravity_on_gyros import GRAVITY
+from ams.analysis.diagnostics.declared.gravity_on_gyros import GRAVITY
 from ams.calibration.calibrate import calibrate
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest

@@ -10,10 +10,10 @@ import pytest
 from dwells_of_points import layout_of_points
 from numpy.typing import NDArray
 
-from ams.analysis.diagnostics.likeliest_step import changes_of
-from ams.analysis.diagnostics.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
 from ams.analysis.diagnostics.step_patterns import Watched
-from ams.analysis.diagnostics.step_scan import Course
+from ams.analysis.diagnostics.steps.likeliest_step import changes_of
+from ams.analysis.diagnostics.steps.step_outputs import scans_of_meter, scans_of_output, scans_of_table, together
+from ams.analysis.diagnostics.steps.step_scan import Course
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration.table_dwell_search import StoodPackage
-from ams.calibration.table_dwells import DwellsOfTable, judge_dwells
+from ams.calibration.together.table_dwell_search import StoodPackage
+from ams.calibration.together.table_dwells import DwellsOfTable, judge_dwells
 from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.frames import from_level_axes

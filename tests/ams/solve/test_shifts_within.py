@@ -7,8 +7,8 @@ from simulated_campaign import Campaign
 from solved_campaigns import ARCSEC, Coverage, coverage, solved
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration.expectation import expect
 from ams.calibration.jointly import calibrate_jointly
+from ams.calibration.solving.expectation import expect
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SHIFTS_WITHIN, Effect, SharedError
 from ams.observations import Observations

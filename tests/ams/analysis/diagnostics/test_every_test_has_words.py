@@ -7,19 +7,19 @@ from pathlib import Path
 import pytest
 
 from ams.analysis.diagnostics import beliefs
-from ams.analysis.diagnostics.axis_tests import MOST_TESTS
+from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import DRIFT_OF, TABLE_LIMIT, TESTS
-from ams.analysis.diagnostics.wording import DIAGNOSED, WORDS
+from ams.analysis.diagnostics.words.wording import DIAGNOSED, WORDS
 
 AMS = Path(beliefs.__file__).parents[2]
 MADE_BY = {"BeliefTest", "Column", "slope_test"}
 """Who makes a test: the first argument is its name."""
 BY_ANOTHER_NAME = {
     "analysis/diagnostics/beliefs.py:name": "rows of TERMS, MEMORIES and HELD_ACROSS, in COLUMNS",
-    "analysis/diagnostics/settling.py:name": "slope_test itself",
-    "analysis/diagnostics/point_columns.py:column.name": "of a Column",
-    "calibration/steps.py:name": "SLIP and STEP, from the lines above it",
-    "calibration/memory.py:name": "that of a test which was made before",
+    "analysis/diagnostics/over_time/settling.py:name": "slope_test itself",
+    "analysis/diagnostics/axis/point_columns.py:column.name": "of a Column",
+    "calibration/steps/judged_steps.py:name": "SLIP and STEP, from the lines above it",
+    "calibration/together/memory.py:name": "that of a test which was made before",
 }
 
 

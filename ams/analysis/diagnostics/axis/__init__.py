@@ -1,0 +1,1 @@
+"""All tests of one sensor axis: made, and decided over all of them."""

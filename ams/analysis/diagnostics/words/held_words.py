@@ -1,0 +1,96 @@
+"""Whether what was found is in the stated uncertainties: the words of findings and pages."""
+
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES, OF_THE_ORDER
+from ams.analysis.diagnostics.declared.declared_signs import fits_other_angles
+from ams.analysis.diagnostics.declared.differing_replications import DIFFERING
+from ams.analysis.diagnostics.declared.gravity_on_gyros import GRAVITY
+from ams.analysis.diagnostics.facts import CONTAINED, as_the_order_has_it
+from ams.findings import Finding, Said
+
+BESIDE_MEMORY: Final = (
+    "what the memory of the output does is in the stated uncertainties only if a limit of it is declared"
+)
+_OF_DIFFERING: Final = "replications differ by more than the stated uncertainties may hold"
+_OF_GRAVITY: Final = "what gravity does to the zero is part of it, and that is not in the stated uncertainties"
+_OF_ORDER: Final = "what the order of the points does to it is not in the stated uncertainties"
+_OF_ANGLES: Final = "other signs or another order of the angles explain it, and the stated uncertainties do not hold it"
+_AS_INDEPENDENT: Final = (
+    "it is in the stated uncertainties as errors that differ from attitude to attitude; an index of the table that is "
+    "wrong, or a smooth error of it, is alike at many attitudes and is not, and nothing is declared of this table"
+)
+_TOO_LARGE: Final = Said(
+    "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
+    "are not those of the readings, and the stated uncertainties do not hold it",
+    "look at the residuals by attitude",
+)
+
+
+def drift_words(order: Iterable[Finding], *, is_remembering: bool, is_differing: bool) -> str:
+    """Return whether a drift is in the stated uncertainties; ``order``: what is said of the order of the points.
+
+    ``is_differing``: whether replications differ by more than a scatter that is stated may be.
+    """
+    if is_differing:
+        return _OF_DIFFERING
+    return BESIDE_MEMORY if is_remembering else as_the_order_has_it(order)
+
+
+def lack_words(
+    *,
+    other_angles: bool,
+    is_large: bool,
+    follows_gravity: bool,
+    is_remembering: bool,
+    is_of_order: bool,
+    has_table: bool,
+) -> Said:
+    """Return whether a lack of fit is in the stated uncertainties, what explains it first.
+
+    ``has_table``: whether index errors of a table are declared.
+    """
+    if other_angles:
+        return Said(_OF_ANGLES)
+    if is_large:
+        return _TOO_LARGE
+    if follows_gravity:
+        return Said(_OF_GRAVITY)
+    if is_remembering or is_of_order:
+        return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER)
+    return Said(CONTAINED if has_table else _AS_INDEPENDENT)
+
+
+def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
+    """Yield a finding where residuals that no replication tells from noise are larger than any lack of fit may be.
+
+    ``scatter``: standard deviation of a dwell about the fit, in the output's unit; ``words``: the same to be read.
+    """
+    if not scatter > largest_lack:
+        return
+    fact = (
+        f"the residuals scatter by {words} (standard deviation of a dwell), and no replication tells lack of fit from "
+        f"noise; {_TOO_LARGE.fact}"
+    )
+    what_to_do = _TOO_LARGE.what_to_do
+    yield Finding("lack-of-fit", fact, True, None, details={"size": scatter}, is_held=False, what_to_do=what_to_do)
+
+
+def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
+    """Return whether lack of fit, or a drift, is in the stated uncertainties: the words that the findings have."""
+    found = list(findings)
+    significant = [finding for finding in found if finding.is_significant]
+    tests = {finding.details.get("test") for finding in significant}
+    is_remembering = not tests.isdisjoint(MEMORIES)
+    if is_drift:
+        return drift_words(found, is_remembering=is_remembering, is_differing=DIFFERING in tests)
+    lack_is = lack_words(
+        other_angles=any(map(fits_other_angles, significant)),
+        is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
+        follows_gravity=GRAVITY in tests,
+        is_remembering=is_remembering,
+        is_of_order=not tests.isdisjoint(OF_THE_ORDER),
+        has_table=not any(_AS_INDEPENDENT in finding.text for finding in found),
+    )
+    return lack_is.fact

@@ -1,0 +1,1 @@
+"""One output by itself, from its solution to its findings."""
