@@ -248,9 +248,9 @@ class Polling:
             self._chambers[name] = view
 
     def _look_at_a_channel(self, wait: Wait) -> None:
-        """Read one short burst of the next channel; pause where there is none to read now."""
-        name, channel = next(self._channels)
-        if self._clock.monotonic_s() < self._ready_from_s[name]:
+        """Read one short burst of the next channel; pause where there is none to read now, or none at all."""
+        name, channel = next(self._channels, ("", ""))
+        if not name or self._clock.monotonic_s() < self._ready_from_s[name]:
             wait(_AXES_S / 4.0)
             return
         readout = self._rig.readouts[name]

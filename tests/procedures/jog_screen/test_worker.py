@@ -33,7 +33,8 @@ class Turning:
 
     bench: Bench
     rig: Rig
-    simulated: SimulatedRig
+    simulated: SimulatedRig | None
+    """None where the rig's twins are its own."""
     log: ActionLog
     file: Path
 
@@ -190,3 +191,25 @@ def test_a_stop_by_hand_names_an_order_that_no_machine_answered(tmp_path: Path) 
         turning.bench.stop("enough")
         turning.until("every axis stands still, but pitch: the order to move to 90° of ")
     assert "may still come; no stop ends that for certain" in turning.log.path.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("file", sorted(Path("examples").glob("**/rig.toml")), ids=lambda file: file.parent.name)
+def test_every_rig_of_the_examples_homes_at_the_bench_and_goes_on_being_looked_at(tmp_path: Path, file: Path) -> None:
+    """The rate table and the servo mechanism have no channel of a readout: there is nothing to look at but axes."""
+    with open_rig(read_rig(file), rig_file=file, clock=CLOCK) as rig:
+        log = ActionLog(tmp_path / "actions.jsonl", CLOCK)
+        bench = Bench(rig, log, Snapshots(tmp_path / "snapshots.csv", CLOCK), CLOCK)
+        turning = Turning(bench, rig, None, log, file)
+        axis = next(iter(rig.axes))
+        try:
+            bench.start()
+            bench.ask(Home(axis))
+            turning.until(f"{axis}: homed")
+            seen_s = CLOCK.monotonic_s()
+            while CLOCK.monotonic_s() < seen_s + 1.5:  # several rounds over all that is polled
+                assert not turning.bench.guard.lost
+                turning.answer()
+        finally:
+            bench.close()
+            log.close()
+    assert "defect" not in (tmp_path / "actions.jsonl").read_text(encoding="utf-8")
