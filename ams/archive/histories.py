@@ -21,9 +21,9 @@ from sqlalchemy.sql.functions import count
 from ams.archive.approvals import withdrawals, withdrawn
 from ams.archive.connection import reading
 from ams.archive.quarantines import Quarantined, quarantined, quarantined_of
-from ams.archive.sets import BUSY_TIMEOUT_S, stored_provenance
+from ams.archive.sets import BUSY_TIMEOUT_S, stored_document
 from ams.archive.tables import POINTS, SETS
-from ams.errors import ArchiveError, ArchiveUnknown
+from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.sets.canonical import table
 from ams.sets.stated_verdict import Withdrawal
 from ams.surveillance.adjustment import acceptance_of
@@ -33,6 +33,7 @@ from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
 from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
 from ams.surveillance.series import PointLabel, Population
+from ams.surveillance.stated_changes import stated_change, stated_scatter
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,8 @@ def history(
     with reading(archive_url, busy_timeout_s) as connection:
         held = quarantined_of(connection, sensor, until_utc)
         gone = _withdrawn_of(connection, population, sensor, until_utc)
-        declared = stored_provenance(connection, found.labels[-1].sha256)["acceptance"]
+        found = _with_stated(connection, population, found)
+        declared = table(stored_document(connection, found.labels[-1].sha256)["provenance"])["acceptance"]
     limits = acceptance_of(None if declared is None else table(declared)).limits_deg
     limit = min(limits.values(), default=None)
     return SensorHistory(
@@ -98,6 +100,22 @@ def history(
         held,
         gone,
     )
+
+
+def _with_stated(connection: Connection, population: Population, found: History) -> History:
+    """Return the history with what its newest calibration changed beyond what its sets state, while few tell more.
+
+    Degrees of freedom are no part of a point: the sets themselves are read, of a few calibrations.
+    """
+    if not found.rests_on_few:
+        return found
+    try:
+        stated = [stated_scatter(stored_document(connection, label.sha256), label.sensor) for label in found.labels]
+    except SetError as error:
+        unknown = f"whether the newest calibration changed beyond what the sets state is not known: {error}"
+        return replace(found, unexplained=unknown)
+    change = stated_change(population, found.sensor, stated)
+    return replace(found, unexplained=change.sentence, explained_deg=change.explained_deg)
 
 
 def _require_points(population: Population, sensor: str) -> None:

@@ -213,14 +213,14 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     )
 
 
-def stored_provenance(connection: Connection, sha256: str) -> Document:
-    """Return what a set tells of its origin, its checksum held against its content and its shape believed.
+def stored_document(connection: Connection, sha256: str) -> Document:
+    """Return the document of a set, its checksum held against its content and its shape believed.
 
     Raises: SetError where it is damaged or another's.
     """
     document = check_identity(parsed(_stored(connection, sha256), _where(sha256)), _where(sha256))
     _refuse_another(document, sha256)
-    return table(document["provenance"])
+    return document
 
 
 def _stored(connection: Connection, sha256: str) -> bytes:

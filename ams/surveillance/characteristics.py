@@ -134,14 +134,35 @@ def cross_matrices(vectors: FloatArray) -> FloatArray:
     return np.stack([np.stack(row, axis=-1) for row in ((zero, -z, y), (z, zero, -x), (-y, x, zero))], axis=-2)
 
 
+def placed_rows(section: Document, form: SetForm) -> FloatArray:
+    """Return (4,) b and k of an axis' section; a component that the model lacks is zero."""
+    values = table(table(section["primary"])["values"])
+    return np.array([number(values[name]) if name in values else 0.0 for name in (form.offset, *form.directions)])
+
+
+def scatter_rows(section: Document, form: SetForm) -> list[tuple[str, FloatArray, float]]:
+    """Return the parts that every run draws anew: name, (4, 4) covariance of b and k, and degrees of freedom."""
+    primary, pairs = table(section["primary"]), _pairs(section, form)
+    components = {name: table(part) for name, part in table(primary["components"]).items() if name not in REPEATED}
+    return [
+        (name, _placed(part["covariance"], pairs), _dof(part["degrees_of_freedom"]))
+        for name, part in components.items()
+    ]
+
+
+def _dof(stated: Json) -> float:
+    """Return degrees of freedom; null is of a certificate."""
+    return np.inf if stated is None else number(stated)
+
+
+def _pairs(section: Document, form: SetForm) -> list[tuple[int, int]]:
+    """Return where b and k stand among four, and in the order of the set."""
+    order = [str(name) for name in listed(table(section["primary"])["order"])]
+    return [(index, order.index(name)) for index, name in enumerate((form.offset, *form.directions)) if name in order]
+
+
 def _axis_rows(section: Document, form: SetForm) -> tuple[FloatArray, FloatArray, FloatArray]:
-    primary = table(section["primary"])
-    order, values = [str(name) for name in listed(primary["order"])], table(primary["values"])
-    wanted = (form.offset, *form.directions)
-    pairs = [(index, order.index(name)) for index, name in enumerate(wanted) if name in order]
-    vector = np.zeros(_COLUMNS)
-    for index, at in pairs:
-        vector[index] = number(values[order[at]])
+    primary, pairs = table(section["primary"]), _pairs(section, form)
     whole = _placed(primary["covariance"], pairs)
     repeated = sum(
         (
@@ -151,7 +172,7 @@ def _axis_rows(section: Document, form: SetForm) -> tuple[FloatArray, FloatArray
         ),
         np.zeros_like(whole),
     )
-    return vector, whole, whole - repeated
+    return placed_rows(section, form), whole, whole - repeated
 
 
 def _placed(matrix: Json, pairs: Sequence[tuple[int, int]]) -> FloatArray:

@@ -26,12 +26,10 @@ from ams.statistics.intervals import t_factor
 from ams.surveillance.between_runs import pooled_scatter
 from ams.surveillance.regime import DRIFT_LEVEL, LEAST_DOF, LEAST_POINTS_OF_DRIFT, Regime
 from ams.surveillance.series import SECONDS_PER_YEAR, PointLabel, Population
+from ams.surveillance.stated_changes import FEW_DOF
 
 LEAST_CALIBRATIONS = 3 + int(LEAST_DOF)
 """Of a sensor alone, the first that is judged: a line takes two, and what is left about it is the scatter."""
-FEW_DOF = 6.0
-"""Below this limits are so wide that what the certificates do not explain is told beside them."""
-STATED_LEVEL = 0.95
 _NEWEST_P, _OTHERS_P = 1e-6, 1e-4
 _REMEMBERED = 3
 
@@ -96,6 +94,13 @@ class History:
     unexplained: str = ""
     """What the newest calibration changed beyond what the calibrations themselves state, while too few tell how far
     the sensor scatters; empty for nothing."""
+    explained_deg: float | None = None
+    """The largest change, as an angle, that what they state explains; None where that was not asked."""
+
+    @property
+    def rests_on_few(self) -> bool:
+        """Whether too few calibrations tell how far the sensor scatters, so that what they state must be asked."""
+        return len(self.labels) > 1 and min(chart.scatter_dof for chart in self.charts) < FEW_DOF
 
     @property
     def unseen_deg(self) -> tuple[float, float] | None:
@@ -117,6 +122,8 @@ class History:
         if len(self.labels) == 1:
             return f"cannot judge yet (1 of {LEAST_CALIBRATIONS} calibrations): there is no other to compare it with"
         beside = f"; {self.unexplained}" if self.unexplained else ""
+        if not beside and self.explained_deg is not None:
+            beside = f"; what the calibrations state of themselves explains changes up to {self.explained_deg:.4f}°"
         if not self.is_judged:
             few = len(self.labels) < LEAST_CALIBRATIONS
             known = f" ({len(self.labels)} of {LEAST_CALIBRATIONS} calibrations)" if few else ""
@@ -223,7 +230,6 @@ class _Watch:
             self.population.rotation_deg(self.rows),
             tuple(self.findings),
             is_judged,
-            _unexplained(self.population, self.rows, self.regime),
         )
 
     def _charts(self) -> tuple[Chart, ...]:
@@ -343,32 +349,6 @@ def _settled(population: Population, findings: list[Finding], regime: Regime) ->
     telling[column] = True
     drift = _drift(population, whole, min(findings, key=lambda finding: finding.seen.created_utc).seen, telling)
     return [drift, *(finding for finding in findings if finding.kind == "mix-up")], whole
-
-
-def _unexplained(population: Population, rows: slice, regime: Regime) -> str:
-    """Return what the newest calibration is off from an earlier one, beyond what both state; empty for nothing.
-
-    Only while few calibrations tell the scatter between runs.
-    """
-    *before, newest = range(rows.stop - rows.start)
-    if not before or regime.scatter.dof.min() >= FEW_DOF:
-        return ""
-    change = np.abs(regime.coordinates[newest] - regime.coordinates[before])
-    level = 1.0 - (1.0 - STATED_LEVEL) / change.size
-    stated = t_factor(level, np.inf) * np.sqrt(regime.drawn_rad[newest] ** 2 + regime.drawn_rad[before] ** 2)
-    farthest = np.argmax(change - stated, axis=0)
-    changes = [
-        f"{words_of_characteristic(population.characteristics.names[column])} by {np.degrees(change[at, column]):.4f}° "
-        f"since {population.labels[rows][at].created_utc:%Y-%m-%d} ({np.degrees(stated[at, column]):.4f}°)"
-        for column, at in enumerate(farthest.tolist())
-        if change[at, column] > stated[at, column]
-    ]
-    if not changes:
-        return ""
-    return (
-        f"more than the two calibrations' own uncertainties explain (in brackets) changed {', '.join(changes)}: the "
-        "sensor changed, or it scatters more between runs than these few calibrations tell"
-    )
 
 
 def _is_steady(years: FloatArray, values: FloatArray) -> bool:

@@ -37,7 +37,7 @@ def test_whose_characteristics_these_are_is_looked_for_among_all(
     made = synthetic_archive(np.random.default_rng(5), Story(sensors=80, years=10))
     url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
     fill(url, made.population, made.sound[7], document="")
-    monkeypatch.setattr("ams.archive.histories.stored_provenance", lambda *_: {"acceptance": None})
+    monkeypatch.setattr("ams.archive.histories.stored_document", lambda *_: {"provenance": {"acceptance": None}})
     monkeypatch.setattr("ams.surveillance.between_runs.LEARNED_FROM", 20)
     monkeypatch.setattr("ams.archive.histories.LEARNED_FROM", 20)
     monkeypatch.setattr("ams.archive.histories._NAMES_AT_ONCE", 1)

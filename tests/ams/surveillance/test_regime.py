@@ -102,18 +102,6 @@ def test_a_drift_of_a_whole_kind_is_in_no_scatter_either() -> None:
         assert "drift" in {kind for kind, _ in told(history_of(population, "SN0"))}
 
 
-def test_a_lone_sensor_is_told_what_its_certificates_do_not_explain_before_it_can_be_judged() -> None:
-    """10 stated uncertainties between two calibrations are news, and not "nothing was found"."""
-    same = history_of(yearly(np.random.default_rng(1), np.zeros(2), 0.0), "SN0")
-    other = history_of(yearly(np.random.default_rng(1), stepped(2, 1, 10 * STATED_ARCSEC), 0.0), "SN0")
-    assert same.unexplained == ""
-    assert "changed offset x by 0.001" in other.unexplained
-    assert "since 2018-01-15 (0.0005°)" in other.unexplained
-    for found in (same, other):
-        assert found.conclusion.startswith("cannot judge yet (2 of 5 calibrations)")
-    assert other.conclusion.endswith(f"; {other.unexplained}")
-
-
 def test_what_would_not_be_seen_is_told_with_nothing_was_found() -> None:
     found = history_of(yearly(np.random.default_rng(2), np.zeros(8), 2.0), "SN0")
     step_deg, drift_deg = found.unseen_deg or (0.0, 0.0)

@@ -1,5 +1,8 @@
 """What a history says with a set that is published is told at once, on standard error, and nothing of a sound one."""
 
+import re
+import sqlite3
+from contextlib import closing
 from datetime import timedelta
 from pathlib import Path
 
@@ -46,3 +49,29 @@ def test_a_drift_is_told_with_every_set_that_shows_it(tmp_path: Path, capsys: py
 def test_of_a_sensor_that_stayed_nothing_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for year in range(6):
         assert "look at this" not in _published(capsys, tmp_path, year, 1.0).err
+
+
+def test_what_the_sets_explain_is_told_where_nothing_can_be_judged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for year in range(2):
+        _published(capsys, tmp_path, year, 1.0)
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    said = call(capsys, "archive", "history", "SN1", "--archive", url)
+    assert "(2 of 5 calibrations)" in said.out
+    assert re.search(r"what the calibrations state of themselves explains changes up to 0\.\d{4}°", said.out)
+
+
+def test_a_set_that_cannot_be_read_is_told_and_the_history_stands(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for year in range(2):
+        _published(capsys, tmp_path, year, 1.0)
+    with closing(sqlite3.connect(tmp_path / "archive.sqlite")) as connection, connection:
+        connection.execute(
+            "UPDATE sets SET document = substr(document, 1, 2000) "
+            "WHERE created_utc = (SELECT min(created_utc) FROM sets)"
+        )
+    said = call(capsys, "archive", "history", "SN1", "--archive", f"sqlite:///{tmp_path / 'archive.sqlite'}")
+    assert said.status == 0
+    assert "whether the newest calibration changed beyond what the sets state is not known: archive: set" in said.out
