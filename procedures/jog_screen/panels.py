@@ -160,12 +160,14 @@ def sparkline(values: Sequence[float], width: int = 24) -> str:
     return "".join(_BLOCKS[min(int((value - low) / (high - low) * 8.0), 7)] for value in shown)
 
 
-def channels_panel(channels: Sequence[ChannelView], width: int) -> Table:
+def channels_panel(channels: Sequence[ChannelView], width: int) -> Table | Text:
     """Return a row a channel; a narrow screen has no line of the last readings."""
+    if not channels:
+        return Text("no channel of a readout in this rig", FAINT)
     table = Table.grid(expand=True, padding=(0, 1))
     columns = [("channel", 14, "left"), ("mean", 13, "right"), ("deviation", 9, "right"), ("n", 6, "right")]
     if width >= _NARROW:
-        columns.append(("last readings", _SPARK if width >= _WIDE else _SMALL_SPARK, "left"))
+        columns.append(("recent", _SPARK if width >= _WIDE else _SMALL_SPARK, "left"))
     for _, wide, justify in columns:
         table.add_column(width=wide, justify=justify, no_wrap=True)  # type: ignore[arg-type]
     table.add_column(ratio=1, no_wrap=True, overflow="ellipsis")

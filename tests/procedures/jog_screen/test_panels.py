@@ -135,3 +135,7 @@ def test_the_stop_stands_first_among_the_keys_however_few_lines_there_are(width:
     assert len(lines) <= 2
     assert lines[0].startswith(" SPACE  stops everything")
     assert all(len(line) <= width for line in lines)
+
+
+def test_a_rig_without_a_readout_says_so_where_its_readings_would_be() -> None:
+    assert _drawn(panels.channels_panel((), 80)).strip() == "no channel of a readout in this rig"
