@@ -22,19 +22,22 @@ def doubts_of(angles: AngleStream, *, is_flagged_throughout: bool) -> tuple[str,
         return ()
     names = ("",) if len(watched.packages) == 1 else ("sting", "model")
     proven = watched.proven()
-    said, of_stretches = [], [stretch.judgements for stretch in proven]
-    for name, package, judgement in zip(names, watched.packages, watched.judgements(), strict=True):
+    said, of_stretches = [], [stretch.judged for stretch in proven]
+    for name, package, judgement in zip(names, watched.packages, watched.judged().judgements, strict=True):
         how = f"{judgement.rows} rows evenly spaced over all were judged together"
         # What is told of the stretches says more than that one cause does not explain all rows.
-        if judgement.cause is not Cause.UNEXPLAINED or not proven or watched.judgements() in of_stretches:
+        if judgement.cause is not Cause.UNEXPLAINED or not proven or watched.judged() in of_stretches:
             said.append(in_words(name, package, judgement, how))
     for stretch in proven[:MOST_STRETCHES]:
-        if stretch.judgements == watched.judgements():
+        if stretch.judged.is_turned:
+            said.append(_turned(watched, stretch))
+            continue
+        if stretch.judged == watched.judged():
             continue
         where = f"rows {stretch.first + 1} to {stretch.end} disagree more often than chance has it"
         found = [
             in_words(name, package, judgement, f"{where}; {judgement.rows} of them were judged together")
-            for name, package, judgement in zip(names, watched.packages, stretch.judgements, strict=True)
+            for name, package, judgement in zip(names, watched.packages, stretch.judged.judgements, strict=True)
         ]
         said += found if any(found) else [f"{watched.packages[0].coefficients.sensor}: {where}: {_APART}"]
     if len(proven) > MOST_STRETCHES:
@@ -48,6 +51,18 @@ _FLAGGED: Final = "; angles of rows that agree are wrong by it as well and are f
 _UNFLAGGED: Final = "; angles of rows without a flag may be wrong by it as well"
 """Redundancy tells a row only where the fault changes the length of what is sensed."""
 _APART: Final = "two packages contradict each other, each of which agrees with itself; no axis can be named"
+
+
+def _turned(watched: WatchedAxes, stretch: Stretch) -> str:
+    """Say how the model package sits against the sting package."""
+    assert stretch.judged.turn is not None
+    sting, model = (package.coefficients.sensor for package in watched.packages)
+    where = "all rows" if stretch.end - stretch.first == watched.rows else f"rows {stretch.first + 1} to {stretch.end}"
+    return (
+        f"{model}, model package: {where} together hold it turned against {sting}, the sting package, by "
+        f"{stretch.judged.turn.in_words} of its axes (k = 2), each package agreeing with itself: its mount, or the "
+        f"sting package's, is not as calibrated{_FLAGGED}"
+    )
 
 
 def _untold(watched: WatchedAxes, stretch: Stretch) -> str:

@@ -25,7 +25,7 @@ LEVEL: Final = 0.999
 """At which an explanation is held against the rows."""
 _AGAINST: Final = 0.9999
 """At which another explanation, or that nothing is wrong, is worse: three axes in two ways and all alike are tried."""
-_PROVEN: Final = 1.0 - 1e-6
+PROVEN: Final = 1.0 - 1e-6
 """At which rows that agree by themselves are held to be wrong as well."""
 STANDS_SD: Final = 5.0
 """Of a reading, within which an axis stands at a value."""
@@ -111,7 +111,7 @@ class PackageRows:
         self.deviation_v = outputs_v.T - self.offset_v[:, None]
         self.k = np.stack([sensor.k_v_per_g for sensor in sensors])
         self._inverse = np.linalg.inv(self.k)
-        self._factor = _factor(sensors, package)
+        self._factor = parameter_factor(sensors, package)
         level = np.tile([0.0, 0.0, -1.0], (self.rows, 1))
         self.reading_v2 = np.stack([np.broadcast_to(s.reading_variance_v2(level), self.rows) for s in sensors])
 
@@ -207,7 +207,7 @@ def judge(rows: PackageRows) -> Judgement:
     best = min(found, key=lambda fault: (not fault.explains, fault.chi_square - fault.dof))
     if right.explains and not right.is_worse_than(best):
         return Judgement(Cause.NOTHING, rows.rows)
-    is_proven = right.chi_square > float(chi_square_quantile(_PROVEN, right.dof))
+    is_proven = right.chi_square > float(chi_square_quantile(PROVEN, right.dof))
     if all(fault.standing == rows.rows for fault in found if fault.standing):
         return Judgement(Cause.UNMOVED, rows.rows, is_proven=is_proven)
     if not best.explains:
@@ -288,7 +288,7 @@ def _standing(rows: PackageRows, linear: _Linear, axis: int) -> Explanation:
     return Explanation(axis, chi_square, dof, 1.0, 0.0, 0.0, 0.0, int(np.count_nonzero(stands)), tuple(standing_v))
 
 
-def _factor(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> FloatArray:
+def parameter_factor(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> FloatArray:
     """Return a root of the covariance of all parameters, widened for the degrees of freedom that its parts have."""
     parts = parameter_parts(sensors, package)
     total = np.sum([part.covariance * _variance_factor(part.dof) for part in parts], axis=0)

@@ -64,7 +64,7 @@ def angles_from_sting(
     weights = weights_of(sensors, k, resolved(k, volts))
     fit = axes.fit(volts, weights)
     errors = output_errors(sensors, -fit.gravity, package)
-    columns = axes.columns(fit, _slopes(fit.gravity))
+    columns = axes.columns(fit, slopes_of(fit.gravity))
     found = _read_off(fit.gravity, fit.roll_rad, _spread(columns, weights, errors))
     return replace(found, codes=found.codes | _disagreement(fit.residual_v, columns, errors))
 
@@ -93,7 +93,7 @@ def angles_from_packages(
     )
     fit = axes.fit(np.concatenate([volts_s, volts_m], axis=1), weights)
     errors = errors_of_two(axes, fit, (sting, model), packages, gravity_relative_u)
-    columns = axes.columns(fit, _slopes(fit.gravity))
+    columns = axes.columns(fit, slopes_of(fit.gravity))
     found = _read_off(fit.gravity, fit.roll_rad, _spread(columns, weights, errors))
     return replace(found, codes=found.codes | _disagreement(fit.residual_v, columns, errors))
 
@@ -145,7 +145,7 @@ def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputError
     return codes
 
 
-def _slopes(gravity: FloatArray) -> FloatArray:
+def slopes_of(gravity: FloatArray) -> FloatArray:
     """Return (N, 3, 2) ∂G/∂Θ and ∂G/∂(sin Θ Ψ), sting axes: unit vectors across G, regular everywhere."""
     sine = np.hypot(gravity[:, 0], gravity[:, 1])
     sign = np.where(gravity[:, 0] > 0.0, -1.0, 1.0)
@@ -219,7 +219,7 @@ def _factors_of_read(gravity: FloatArray, spread: Spread) -> FloatArray:
     """
     sd, covariance, count = spread.sd, spread.covariance, spread.sd.shape[-1]
     sine, by_g_x = np.hypot(gravity[:, 0], gravity[:, 1]), np.zeros(spread.sd.shape)
-    by_g_x[:, :2] = _slopes(gravity)[:, 0]
+    by_g_x[:, :2] = slopes_of(gravity)[:, 0]
     with np.errstate(divide="ignore", invalid="ignore"):
         level_sd, share = along_distance(covariance, np.eye(1, count).repeat(len(sd), axis=0))
         from_level = (sine - sd[:, 1] / LARGEST_SD_RAD) / level_sd

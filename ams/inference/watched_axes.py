@@ -4,7 +4,8 @@ A row that disagrees is flagged at once. Evenly spaced rows are kept, however ma
 their number has doubled, and at the end: from then on a flagged row has the name of the axis that all of them give, and
 none where they say that all outputs are wrong alike. Where one cause explains all rows they are wrong in every one of
 them, also where the length of what is sensed does not show it: these are flagged as well. A fault that came later, or
-went, is looked for in the stretches in which rows are flagged too often for chance.
+went, is looked for in the stretches in which rows are flagged too often for chance. Of two packages all rows are judged
+whether any is flagged or not: one that sits turned against the other shows in none by itself.
 
 What is proven by later rows can be told of earlier ones once all have come (:class:`ReflaggedAxes`,
 :func:`answered_at_once`).
@@ -24,6 +25,7 @@ from ams.inference.flagged_stretches import FlaggedStretch, FlaggedStretches
 from ams.inference.inference import Inference, Package
 from ams.inference.kept_rows import KeptRows
 from ams.inference.monitored import MonitoredAngles
+from ams.inference.turned_package import Turn, turn_of
 
 MOST_ROWS: Final = 1024
 """That are kept of all."""
@@ -39,23 +41,48 @@ _EVERY_SUSPECT: Final = sum((*flag_codes.SUSPECTS, *flag_codes.MODEL_SUSPECTS))
 
 
 @dataclass(frozen=True)
+class Judged:
+    """What rows tell together."""
+
+    judgements: tuple[Judgement, ...]
+    """One a package."""
+    turn: Turn | None = None
+    """Of the second package against the first."""
+
+    @property
+    def agree_each(self) -> bool:
+        """Whether each package agrees with itself."""
+        return all(judgement.cause is Cause.NOTHING for judgement in self.judgements)
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether two packages, each of which agrees with itself, are turned against each other."""
+        return self.agree_each and self.turn is not None and self.turn.is_proven
+
+    @property
+    def explains_all(self) -> bool:
+        """Whether what is proven explains every row that was judged."""
+        causes = [judgement.cause for judgement in self.judgements]
+        return self.is_turned or (any(cause in _EXPLAINS_ALL for cause in causes) and Cause.UNEXPLAINED not in causes)
+
+
+@dataclass(frozen=True)
 class Stretch:
     """Rows from ``first`` to before ``end`` that are told of together."""
 
     first: int
     end: int
-    judgements: tuple[Judgement, ...]
-    """One a package."""
+    judged: Judged
 
     @property
     def is_proven(self) -> bool:
         """Whether rows that agree are wrong as well; else those that do not have a name alone."""
-        return any(judgement.is_proven for judgement in self.judgements) or self.is_of_two
+        return any(judgement.is_proven for judgement in self.judged.judgements) or self.is_of_two
 
     @property
     def is_of_two(self) -> bool:
         """Whether two packages contradict each other, each of which agrees with itself."""
-        return all(judgement.cause is Cause.NOTHING for judgement in self.judgements)
+        return self.judged.agree_each
 
 
 def can_be_watched(package: Package) -> bool:
@@ -94,11 +121,11 @@ class WatchedAxes(_Around):
 
     def __init__(self, inference: Inference) -> None:
         super().__init__(inference)
-        self._judgements = tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages)
+        self._judged = Judged(tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages))
         self._kept: KeptRows | None = None
         self._flagged_stretches: FlaggedStretches | None = None
-        self._ended: list[tuple[FlaggedStretch, tuple[Judgement, ...]]] = []
-        self._open_judged: tuple[FlaggedStretch | None, int, tuple[Judgement, ...]] = (None, 0, ())
+        self._ended: list[tuple[FlaggedStretch, Judged]] = []
+        self._open_judged: tuple[FlaggedStretch | None, int, Judged] = (None, 0, self._judged)
         self._flagged = 0
         self._judged_at = 0
         self.flagged_rows: list[tuple[int, int]] = []
@@ -125,12 +152,12 @@ class WatchedAxes(_Around):
         self._flagged += disagree.size
         for stretch in self._flagged_stretches.take(disagree, readings):
             self._end(stretch)
-        if disagree.size and self._kept.seen >= max(2 * self._judged_at, LEAST_ROWS):
+        if (disagree.size or self._is_of_two) and self._kept.seen >= max(2 * self._judged_at, LEAST_ROWS):
             self._judge()
 
     def finish(self) -> Answer:
         """Return nothing, every row being answered at once."""
-        if self._kept is not None and self._flagged and self._kept.seen > self._judged_at:
+        if self._kept is not None and (self._flagged or self._is_of_two) and self._kept.seen > self._judged_at:
             self._judge()
         if self._flagged_stretches is not None:
             for stretch in self._flagged_stretches.finish():
@@ -151,45 +178,49 @@ class WatchedAxes(_Around):
         assert self._kept is not None
         return self._kept.finite()
 
-    def judgements(self) -> tuple[Judgement, ...]:
-        """Return what all rows say of each package."""
-        return self._judgements
+    def judged(self) -> Judged:
+        """Return what all rows say of the packages."""
+        return self._judged
+
+    @property
+    def _is_of_two(self) -> bool:
+        return len(self.packages) > 1
 
     def proven(self) -> tuple[Stretch, ...]:
         """Return the stretches in which packages are found wrong, once all rows have come."""
-        whole = Stretch(0, self.rows, self._judgements)
-        if whole.is_proven and _are_wrong_throughout(self._judgements):
+        whole = Stretch(0, self.rows, self._judged)
+        if whole.is_proven and self._judged.explains_all:
             return (whole,)
-        wrong = [(stretch, judgements) for stretch, judgements in self._ended if _are_wrong(stretch, judgements)]
+        wrong = [(stretch, judged) for stretch, judged in self._ended if _are_wrong(stretch, judged)]
         if not wrong:
-            return (whole,) if _are_wrong_throughout(self._judgements) else ()
+            return (whole,) if self._judged.explains_all else ()
         for end in dict.fromkeys((self.rows, wrong[-1][0].ends()[1] + 1)):
-            judgements = self._judged_between(wrong[0][0].ends()[0], end)
-            hull = Stretch(wrong[0][0].reach(self.rows)[0], end, judgements)
-            if hull.is_proven and _are_wrong_throughout(judgements):
+            judged = self._judged_between(wrong[0][0].ends()[0], end)
+            hull = Stretch(wrong[0][0].reach(self.rows)[0], end, judged)
+            if hull.is_proven and judged.explains_all:
                 return (hull,)
         found: list[Stretch] = []
-        for stretch, judgements in wrong:
+        for stretch, judged in wrong:
             first, end = stretch.reach(self.rows)
-            found.append(Stretch(max(first, found[-1].end) if found else first, end, judgements))
+            found.append(Stretch(max(first, found[-1].end) if found else first, end, judged))
         return tuple(found)
 
     def _proven_so_far(self, first: int, rows: int) -> tuple[Stretch, ...]:
         """Return what is proven by so many rows, of those from ``first`` on."""
-        if _are_wrong_throughout(self._judgements):
-            return (Stretch(0, rows, self._judgements),)
-        ended = [(s.reach(rows), judgements) for s, judgements in self._ended if _are_wrong(s, judgements)]
-        found = [Stretch(*reach, judgements) for reach, judgements in ended if reach[1] > first]
+        if self._judged.explains_all:
+            return (Stretch(0, rows, self._judged),)
+        ended = [(s.reach(rows), judged) for s, judged in self._ended if _are_wrong(s, judged)]
+        found = [Stretch(*reach, judged) for reach, judged in ended if reach[1] > first]
         assert self._flagged_stretches is not None
         running = self._flagged_stretches.open
         if running is None or not running.is_many or running.rows < LEAST_ROWS:
             return tuple(found)
-        stretch, at, judgements = self._open_judged
+        stretch, at, judged = self._open_judged
         if stretch is not running or running.kept.seen >= 2 * at:
-            judgements = self._judged(running.finite())
-            self._open_judged = (running, running.kept.seen, judgements)
-        if _are_wrong(running, judgements):
-            found.append(Stretch(running.reach(rows)[0], rows, judgements))
+            judged = self._judged_by(running.finite())
+            self._open_judged = (running, running.kept.seen, judged)
+        if _are_wrong(running, judged):
+            found.append(Stretch(running.reach(rows)[0], rows, judged))
         return tuple(found)
 
     def _note_flagged(self, first: int, end: int) -> None:
@@ -206,29 +237,34 @@ class WatchedAxes(_Around):
         if last is not None and (len(self._ended) >= MOST_STRETCHES or last[0].joins(stretch)):
             both = replace(last[0], flagged=last[0].flagged + stretch.flagged - stretch.outermost.size)
             both.extended(stretch.outermost)
-            self._ended[-1] = both, last[1] if _are_wrong(*last) else self._judged(stretch.finite())
+            self._ended[-1] = both, last[1] if _are_wrong(*last) else self._judged_by(stretch.finite())
             return
-        self._ended.append((stretch, self._judged(stretch.finite())))
+        self._ended.append((stretch, self._judged_by(stretch.finite())))
 
     def _judge(self) -> None:
         assert self._kept is not None
         self._judged_at = self._kept.seen
-        if self._flagged <= LARGEST_SHARE_BY_CHANCE * self._kept.seen:
-            self._judgements = tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages)
+        if self._flagged > LARGEST_SHARE_BY_CHANCE * self._kept.seen:
+            self._judged = self._judged_by(self._kept.finite())
             return
-        self._judgements = self._judged(self._kept.finite())
+        nothing = tuple(Judgement(Cause.NOTHING, 0) for _ in self.packages)
+        self._judged = Judged(nothing, turn_of(self._inference, self._kept.finite()) if self._is_of_two else None)
 
-    def _judged_between(self, first: int, end: int) -> tuple[Judgement, ...]:
+    def _judged_between(self, first: int, end: int) -> Judged:
         assert self._kept is not None
-        return self._judged(self._kept.finite(first, end))
+        return self._judged_by(self._kept.finite(first, end))
 
-    def _judged(self, readings: Mapping[str, FloatArray]) -> tuple[Judgement, ...]:
+    def _judged_by(self, readings: Mapping[str, FloatArray]) -> Judged:
         found = []
         for package in self.packages:
             sensors = package.sensors(readings, self._inference.reading_sd_v)
             rows = PackageRows(sensors, package.together(sensors), package.outputs_v(sensors, readings))
             found.append(judge(rows))
-        return tuple(found)
+        turn = turn_of(self._inference, readings)
+        if turn is not None and turn.is_proven and not any(judgement.is_proven for judgement in found):
+            # It explains all rows; what chance leaves of one package by itself is no cause beside it.
+            found = [Judgement(Cause.NOTHING, judgement.rows) for judgement in found]
+        return Judged(tuple(found), turn)
 
 
 class ReflaggedAxes(_Around):
@@ -258,7 +294,9 @@ def answered_at_once(inference: Inference, readings: Mapping[str, FloatArray]) -
     """
     found = inference.answer(readings)
     watched = watched_axes(inference)
-    if not isinstance(watched, WatchedAxes) or not np.any(found.codes & flag_codes.REDUNDANCY):
+    if not isinstance(watched, WatchedAxes):
+        return found
+    if len(watched.packages) == 1 and not np.any(found.codes & flag_codes.REDUNDANCY):
         return found
     watched.take(found, readings)
     watched.finish()
@@ -306,13 +344,13 @@ def marked(
         there = {name: values[rows] for name, values in readings.items()}
         among = codes[rows]
         is_wrong = np.zeros(among.size, dtype=bool)
-        for package, judgement in zip(packages, stretch.judgements, strict=True):
+        for package, judgement in zip(packages, stretch.judged.judgements, strict=True):
             is_wrong |= _is_wrong(package, judgement, there, inference.reading_sd_v)
         if stretch.is_of_two:
             is_wrong[:] = True
-        named = np.uint64(_named_bits(packages, stretch.judgements))
+        named = np.uint64(_named_bits(packages, stretch.judged.judgements))
         disagree = (among & np.uint64(flag_codes.REDUNDANCY)) != 0
-        if any(judgement.cause in (Cause.AXIS, Cause.ALIKE) for judgement in stretch.judgements):
+        if any(judgement.cause in (Cause.AXIS, Cause.ALIKE) for judgement in stretch.judged.judgements):
             among[disagree] = (among[disagree] & ~np.uint64(_EVERY_SUSPECT)) | named
         is_wrong &= ~disagree & ((among & np.uint64(flag_codes.LOST)) == 0)
         both = flag_codes.TWO_PACKAGES if len(packages) > 1 else 0
@@ -351,14 +389,8 @@ def _is_wrong(
     return found
 
 
-def _are_wrong_throughout(judgements: Sequence[Judgement]) -> bool:
-    """Return whether what is proven explains every row that was judged."""
-    causes = [judgement.cause for judgement in judgements]
-    return any(cause in _EXPLAINS_ALL for cause in causes) and Cause.UNEXPLAINED not in causes
-
-
-def _are_wrong(stretch: FlaggedStretch, judgements: Sequence[Judgement]) -> bool:
+def _are_wrong(stretch: FlaggedStretch, judged: Judged) -> bool:
     """Return whether the rows of a stretch prove a package wrong, or two against each other."""
-    if any(judgement.is_proven for judgement in judgements):
+    if judged.is_turned or any(judgement.is_proven for judgement in judged.judgements):
         return True
-    return len(judgements) > 1 and stretch.flagged > LARGEST_SHARE_OF_TWO * stretch.rows
+    return len(judged.judgements) > 1 and stretch.flagged > LARGEST_SHARE_OF_TWO * stretch.rows

@@ -49,4 +49,4 @@ def judged(
         watched.finish()
         event = drawn.use.event
         axis = CLIPPED if scene == "use-clipped-z" else -1 if event is None else event.axis[index]
-        yield int(axis), watched.judgements()[0], flags
+        yield int(axis), watched.judged().judgements[0], flags

@@ -141,8 +141,8 @@ def test_rows_of_many_attitudes_part_what_one_row_of_two_packages_does_not(name:
     watched = WatchedAxes(pair(1e-4))
     flags = [flag for flag in watched.answer(readings).flags if "redundancy" in flag]
     watched.finish()
-    causes = [judgement.cause for judgement in watched.judgements()]
-    assert watched.judgements()[package].axis == axis
+    causes = [judgement.cause for judgement in watched.judged().judgements]
+    assert watched.judged().judgements[package].axis == axis
     assert causes[1 - package] is Cause.NOTHING
     who = f"{'xyz'[axis]} of the {('sting', 'model')[package]} package"
     said = [f"redundancy: suspect {who}" in flag for flag in flags]
