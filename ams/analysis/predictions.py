@@ -4,7 +4,9 @@ The confidence interval holds the calibrated output, the prediction interval one
 standard deviation is that of the place where the sensor is used (the tunnel's), not of the calibration.
 """
 
-from ams.arrays import FloatArray
+from collections.abc import Mapping, Sequence
+
+from ams.arrays import Centring, FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.errors import DesignError
 from ams.frames import Attitude
@@ -27,26 +29,40 @@ def model_of_solution(axis: AxisCalibration) -> Model:
         raise DesignError(
             f"axis {axis.axis}: no model is known by the name {axis.model!r}; allowed {', '.join(MODELS)}"
         )
-    model = _timeless(axis)
     references = {item.name: item.value for item in axis.parameters}
-    if TEMPERATURE_NAMES[0] in axis.primary_names:
-        reference_degc = references["reference_temperature_degc"]
+    return model_with_terms(axis.model, axis.nominal_axis, axis.primary_names, references, axis.centring)
+
+
+def model_with_terms(
+    name: str,
+    nominal_axis: str,
+    primary_names: Sequence[str],
+    parameters: Mapping[str, float | None],
+    centring: Centring,
+) -> Model:
+    """Return a registered model with the terms of temperature and time that its primary parameters have.
+
+    ``parameters``: stated, for where these terms are zero. Raises: DesignError.
+    """
+    model = _timeless(name, nominal_axis, centring)
+    if TEMPERATURE_NAMES[0] in primary_names:
+        reference_degc = parameters["reference_temperature_degc"]
         assert reference_degc is not None
-        order: Order = 2 if SECOND_ORDER_NAMES[0] in axis.primary_names else 1
+        order: Order = 2 if SECOND_ORDER_NAMES[0] in primary_names else 1
         model = WithTemperature(model, reference_degc, estimated_order=order)
-    if DRIFT_NAME in axis.primary_names:
-        reference_s = references[REFERENCE_NAME]
+    if DRIFT_NAME in primary_names:
+        reference_s = parameters[REFERENCE_NAME]
         assert reference_s is not None
         model = WithTime(model, reference_s)
     return model
 
 
-def _timeless(axis: AxisCalibration) -> Model:
-    if axis.model == ExtendedPitchRoll.name and axis.centring:
-        return ExtendedPitchRoll(axis.nominal_axis, axis.centring)
-    if axis.model == Gyro.name and axis.centring:
-        return GyroWithTerms(axis.nominal_axis, axis.centring)
-    return model_named(axis.model, axis.nominal_axis)
+def _timeless(name: str, nominal_axis: str, centring: Centring) -> Model:
+    if name == ExtendedPitchRoll.name and centring:
+        return ExtendedPitchRoll(nominal_axis, centring)
+    if name == Gyro.name and centring:
+        return GyroWithTerms(nominal_axis, centring)
+    return model_named(name, nominal_axis)
 
 
 def confidence_halfwidth_v(axis: AxisCalibration, attitude: Attitude, level: float = 0.95) -> FloatArray:

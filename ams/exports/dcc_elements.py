@@ -55,6 +55,7 @@ D_SI = {
     "deg": r"\degree",
     "V/h": r"\volt\hour\tothe{-1}",
     "s": r"\second",
+    "%": r"\percent",
     "": r"\one",
     "1": r"\one",
 }

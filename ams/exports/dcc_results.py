@@ -79,7 +79,15 @@ def _conditions(coefficients: CoefficientSet) -> Elements:
         known = gravity.standard_uncertainty_mps2
         u = _expanded(known, None) if known else None
         conditions.append(_condition("local acceleration of gravity", "gravity_mps2", gravity.value_mps2, known=u))
-    for name, measured in table(coefficients.document["environment"]).items():
+    provenance = coefficients.provenance
+    humidity = listed(table(provenance["job"] or {}).get("relative_humidity_percent") or [])
+    for end, percent in zip(("lowest", "highest"), humidity, strict=False):
+        named = f"{end} relative humidity"
+        given = quantity(named, real(number(percent), "%"), f"condition.site.{end}_relative_humidity")
+        data = Element("dcc:data", [given])
+        conditions.append(Element("dcc:influenceCondition", [content("dcc:name", named), data]))
+    supplies = {f"supply {channel}": volts for channel, volts in table(provenance.get("supplies") or {}).items()}
+    for name, measured in {**table(coefficients.document["environment"]), **supplies}.items():
         for key, value in (measured if isinstance(measured, dict) else {}).items():
             if isinstance(value, int | float) and not isinstance(value, bool):
                 conditions.append(_condition(f"{name}: {key}", key, float(value), name))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
 
-from ams.sets.canonical import Document, listed, table
+from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 
 _LEVEL: Final = "level of the base"
@@ -42,15 +42,19 @@ class Equipment:
     is_standard: bool = True
     """Whether an uncertainty is declared of it."""
     uncertainty: Document | None = None
+    identity: str = ""
+    """As it told it when it was asked."""
+    determines: bool = True
+    """Whether a quantity rests on it; a scanner passes one on, and what it adds is declared or a gap."""
 
 
 def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
-    """Return the standards that a set names, then what was read without one: thermometers, level, local gravity."""
+    """Return the standards that a set names, then meters, scanners, thermometers, level and local gravity."""
     standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
     level = table(coefficients.provenance["level"] or {})
     rows = [_of_standard(standard, str(level.get("instrument") or "")) for standard in standards]
     pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
-    rows += _thermometers_without(coefficients, pointed)
+    rows += [*_readouts(coefficients, pointed), *_thermometers_without(coefficients, pointed)]
     counts = coefficients.senses_gravity and any(level.get(key) for key in _LEVEL_IN_USE)
     if counts and "level" not in pointed:
         rows.append(Equipment(str(level.get("instrument") or "level"), _LEVEL, None, None, None))
@@ -75,6 +79,29 @@ def _of_standard(standard: Document, instrument: str) -> Equipment:
     return Equipment(
         str(standard["name"]), ", ".join(words), serial or None, certificate or None, due or None, uncertainty=declared
     )
+
+
+def _readouts(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equipment]:
+    """Yield the meters that no standard is behind, and every scanner; of a set of before nothing is known of them."""
+    for name, stated in table(coefficients.provenance.get("readouts") or {}).items():
+        readout, identity = table(stated), str(table(stated).get("identity") or "")
+        axes = ", ".join(map(str, listed(readout["axes"])))
+        has_standard = f"readouts.{name}" in pointed
+        if not has_standard:
+            yield Equipment(name, f"outputs ({axes})", None, None, None, is_standard=False, identity=identity)
+        if readout["scanned"]:
+            ratio = readout.get("crosstalk_ratio")
+            crosstalk = "crosstalk not declared" if ratio is None else f"crosstalk {number(ratio):g}, declared"
+            yield Equipment(
+                f"scanner of {name}",
+                f"outputs ({axes}); {crosstalk}",
+                None,
+                None,
+                None,
+                is_standard=ratio is not None,
+                identity=identity if has_standard else "",
+                determines=False,
+            )
 
 
 def _thermometers_without(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equipment]:

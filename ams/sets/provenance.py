@@ -73,6 +73,13 @@ class Provenance:
     """Package axis to fixture axis, such as ``{"x": "+x", "y": "+y", "z": "+z", "datum": "face A"}``."""
     temperature_conversion: Mapping[str, object] | None = None
     """The sensor's own thermometer: ``{"channel": "dmm.t", "offset_degc": -273.15, "slope_degc_per_v": 100.0}``."""
+    readouts: Mapping[str, object] | None = None
+    """What read the outputs, by its name in the rig file: driver, ``identity``, the axes it read, whether through a
+    scanner and with which ``crosstalk_ratio``; None where no rig was told, or nothing of it read them."""
+    supplies: Mapping[str, object] | None = None
+    """What was read of the supplies of the sensor while it was calibrated, such as
+    ``{"dmm.supply": {"mean_v": 5.0, "min_v": 4.999, "max_v": 5.001}}``; empty where it has none that is read; None:
+    nobody said."""
     dwells: Mapping[str, object] | None = None
     """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
     level: Mapping[str, object] | None = None
@@ -180,7 +187,11 @@ def record_sections(provenance: Provenance) -> Document:
             "created_utc": utc_text(provenance.created_utc),
             "standards": [_standard_document(standard) for standard in provenance.standards],
             **{name: plain(getattr(provenance, name), name) for name in declared},
-            **({} if provenance.dwells is None else {"dwells": plain(provenance.dwells, "dwells")}),
+            **{
+                name: plain(stated, name)
+                for name in ("readouts", "supplies", "dwells")
+                if (stated := getattr(provenance, name)) is not None
+            },
         },
     }
 

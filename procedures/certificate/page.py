@@ -21,6 +21,7 @@ from ams.sets.stated_verdict import conditions_in_words, grounds_in_words
 from ams.sets.vectors import LEVEL
 from ams.sets.verdict_conditions import NO_METER
 from ams.units import printed
+from procedures.certificate.annex import annex_of
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
 from procedures.certificate.grounds import Grounds, meters_undeclared, printed_gaps
 from procedures.certificate.results import angle_rows, coefficients_of, is_visited_again, undetermined
@@ -29,6 +30,7 @@ from procedures.pages import page_style, with_whole_options
 from procedures.report.page import STYLE_SHEET, report_environment
 from procedures.report.page import TEMPLATES as SHARED_TEMPLATES
 from procedures.report.paper.pdf import Attachment, Imprint, paper_of
+from procedures.solution.budget_view import FORMS
 
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
@@ -63,6 +65,8 @@ def certificate_page(grounds: Grounds) -> str:
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
         equipment=equipment_of(grounds.coefficients),
+        annex=list(annex_of(grounds.coefficients)),
+        budget_forms=FORMS,
         dwells=_dwells(grounds),
         rejected=rejected_lines(grounds.coefficients.document),
         verdict_conditions=conditions_in_words(grounds.coefficients.document),
@@ -150,6 +154,8 @@ def _conditions(coefficients: CoefficientSet) -> dict[str, str]:
         **(levels or attitude_ranges),
         **use,
         **(air or _of_no_environment(coefficients)),
+        "Relative humidity": _humidity(coefficients),
+        **_supplies(coefficients),
         "Local gravity": coefficients.gravity.in_words,
     }
 
@@ -159,6 +165,25 @@ def _of_no_environment(coefficients: CoefficientSet) -> dict[str, str]:
     if coefficients.is_temperature_recorded:
         return {"Temperature of the sensor": "recorded with the readings", "Temperature around it": "not measured"}
     return {"Temperature": "not measured"}
+
+
+def _humidity(coefficients: CoefficientSet) -> str:
+    """Return the humidity that the laboratory declares of the job."""
+    stated = table(coefficients.provenance["job"] or {}).get("relative_humidity_percent")
+    return "not recorded" if stated is None else " to ".join(f"{number(end):g}" for end in listed(stated)) + " %"
+
+
+def _supplies(coefficients: CoefficientSet) -> dict[str, str]:
+    """Return between which volts the item was supplied; of a set of before nobody knows whether that was read."""
+    stated = coefficients.provenance.get("supplies")
+    supplies = {
+        f"Supply of the item, {channel}": " to ".join(
+            to_place(number(table(volts)[end]), -4).replace("-", "−") for end in ("min_v", "max_v")
+        )
+        + " V"
+        for channel, volts in table(stated or {}).items()
+    }
+    return supplies or {"Supply of the item": "not stated" if stated is None else "not recorded"}
 
 
 def _degc_in_words(ends: Sequence[Json]) -> str:

@@ -10,7 +10,7 @@ from ams.frames import body_rates_rad_s, wrap_deg
 from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
-from procedures.journal.audit_trail import missing_in
+from procedures.journal.audit_trail import identities_in, missing_in
 from procedures.records.dwells import DwellRecord, measured_again
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -59,6 +59,8 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         mount=sensor.mount.model_dump(mode="json"),
         temperature_conversion=sensor.temperature.model_dump(mode="json") if sensor.temperature else None,
         chain={name: rig.chain[name].model_dump(mode="json", exclude_none=True) for name in _chained(sensor, rig)},
+        readouts=_readouts(sensor, record),
+        supplies=_supplies(sensor, record),
         dwells=_dwells(record),
         **declared_tables(rig),
     )
@@ -161,6 +163,37 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
         name: {"mean_degc": float(np.mean(values)), "min_degc": min(values), "max_degc": max(values)}
         for name, values in read.items()
     }
+
+
+def _readouts(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, Any]]:
+    """Return what read the outputs of a sensor, by name; a sensor that sends by itself was read by none."""
+    rig, identities = record.rig, identities_in(record.events)
+    scanners, found = rig.scanners_behind(sensor), dict[str, dict[str, Any]]()
+    for axis, channel in sensor.channels.items():
+        name = channel.partition(".")[0]
+        if name in rig.readouts:
+            entry = found.setdefault(name, {"driver": rig.readouts[name].driver, "axes": [], "scanned": False})
+            entry["axes"].append(str(axis))
+    for name, entry in found.items():
+        if f"readouts.{name}" in identities:
+            entry["identity"] = identities[f"readouts.{name}"]
+        if name in scanners:
+            entry["scanned"] = True
+            if scanners[name].crosstalk_ratio is not None:
+                entry["crosstalk_ratio"] = scanners[name].crosstalk_ratio
+    return found
+
+
+def _supplies(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, float]]:
+    """Return the volts of the sensor's supplies over the accepted dwells, by channel."""
+    named = (record.rig.chain[channel].supply_channel for channel in _chained(sensor, record.rig))
+    found = {}
+    for channel in dict.fromkeys(name for name in named if name is not None):
+        read = [row.readings[channel].mean for row in record.dwells if row.accepted and channel in row.readings]
+        volts = [value for value in read if np.isfinite(value)]
+        if volts:
+            found[channel] = {"mean_v": float(np.mean(volts)), "min_v": min(volts), "max_v": max(volts)}
+    return found
 
 
 def standards_pointed_to(rig: RigDescription) -> Iterable[Standard]:

@@ -34,8 +34,9 @@ from rig.description.twin_truth import TwinEnvironment as TwinEnvironment
 from rig.description.twin_truth import TwinSection as TwinSection
 from rig.description.twin_truth import TwinStream as TwinStream
 from rig.local_time import local_day
-from rig.toml_file import StrictTable
+from rig.toml_file import StrictTable, as_tuple
 
+Percent = Annotated[float, Field(ge=0.0, le=100.0)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
 
 
@@ -212,8 +213,22 @@ class Job(StrictTable):
     item: str = ""
     received: date | None = None
     remarks: str = ""
+    relative_humidity_percent: tuple[Percent, Percent] | None = None
+    """Lowest and highest while the item was calibrated, as the laboratory read it."""
     fields: dict[Name, Annotated[str, Field(min_length=1)]] = {}
     """What else the laboratory's work order says, under names of its own."""
+
+    @field_validator("relative_humidity_percent", mode="before")
+    @classmethod
+    def _humidity_as_tuple(cls, value: object) -> object:
+        return as_tuple(value)
+
+    @field_validator("relative_humidity_percent")
+    @classmethod
+    def _lowest_first(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and value[1] < value[0]:
+            raise ValueError(f"needs the lowest and then the highest, got {value[0]:g} and {value[1]:g}; exchange them")
+        return value
 
 
 class Laboratory(StrictTable):

@@ -59,6 +59,16 @@ def with_rejected_dwells() -> CoefficientSet:
     )
 
 
+def with_conditions() -> CoefficientSet:
+    """A set that states what read the outputs, the volts of the supply and the humidity."""
+    dmm = {"driver": "hp3458a", "identity": "HP3458A", "axes": ["x"], "scanned": True, "crosstalk_ratio": 1e-5}
+    return package(
+        job={"relative_humidity_percent": [38.0, 46.5]},
+        readouts={"dmm": dmm},
+        supplies={"dmm.s": {"mean_v": 5.0, "min_v": 4.99, "max_v": 5.01}},
+    )
+
+
 def root_of(coefficients: CoefficientSet) -> Any:
     return ElementTree.fromstring(to_dcc(coefficients))
 
@@ -70,7 +80,8 @@ def quantity(root: Any, identifier: str) -> Any:
 
 @needs_schemas
 @pytest.mark.parametrize(
-    "make", [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set, with_rejected_dwells]
+    "make",
+    [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set, with_rejected_dwells, with_conditions],
 )
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"

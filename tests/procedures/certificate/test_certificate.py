@@ -303,6 +303,38 @@ def test_every_equipment_stands_with_what_it_was_used_for_and_a_thermometer_with
     assert "The results are traceable" not in _text(without)
 
 
+def test_a_meter_and_its_scanner_stand_among_the_equipment_with_and_without_a_certificate() -> None:
+    """Of a run: what read the outputs, and what it told of itself. A scanner determines nothing that is traceable."""
+    dmm = {"driver": "hp3458a", "identity": "HP3458A, HP3488A", "axes": ["x", "y"], "scanned": True}
+    plain = {"standards": (replace(STANDARD, used_for=("axes.pitch",)), LEVEL_STANDARD), "environment": {}}
+    without = _grounds(coefficients=_set(**plain, readouts={"dmm": dmm}))
+    for text in (_text(without), _words_of_dcc(without)):
+        assert "scanner of dmm" in text
+        assert "outputs (x, y); crosstalk not declared" in text
+    assert "dmm outputs (x, y) — none declared" in _text(without)
+    assert "Dmm, as it told: HP3458A, HP3488A." in _text(without)
+    assert "Of dmm (outputs (x, y)) no uncertainty is declared" in _text(without)
+    standards = {**plain, "standards": (*plain["standards"], replace(METER, used_for=("readouts.dmm",)))}
+    leaking = {"dmm": {**dmm, "crosstalk_ratio": 1e-5}}
+    declared = _text(_grounds(coefficients=_set(**standards, readouts=leaking)))
+    assert "scanner of dmm outputs (x, y); crosstalk 1e-05, declared — none declared" in declared
+    assert "The results are traceable to the International System of Units" in declared
+    assert "Of dmm" not in declared
+
+
+def test_humidity_and_supply_stand_under_the_conditions_or_are_said_not_to_be_recorded() -> None:
+    read = {"dmm.s": {"mean_v": 5.0001, "min_v": 4.9998, "max_v": 5.0004}}
+    recorded = _grounds(coefficients=_set(job={**JOB, "relative_humidity_percent": [38.0, 46.5]}, supplies=read))
+    for said in ("Relative humidity 38 to 46.5 %", "Supply of the item, dmm.s 4.9998 to 5.0004 V"):
+        assert said in _text(recorded)
+    for said in ("lowest relative humidity", "46.5", r"\percent", "supply dmm.s", "4.9998"):
+        assert said in _words_of_dcc(recorded)
+    lacking = _text(_grounds(coefficients=_set(supplies={})))
+    assert "Relative humidity not recorded" in lacking
+    assert "Supply of the item not recorded" in lacking
+    assert "Supply of the item not stated" in _text(_grounds()), "a set of before the key"
+
+
 def test_what_is_in_the_uncertainty_without_a_certificate_is_not_called_traceable() -> None:
     """Gravity that is only said to be known, a level with a name, a limit or a reading only: somebody's word."""
     table = replace(STANDARD, used_for=("axes.pitch", "axes.roll"))

@@ -88,10 +88,11 @@ def test_a_level_and_a_meter_not_declared_are_said_in_the_words_of_the_report_an
     forecast = check(rig, read_procedure(finished_job.folder / "procedure.toml")).forecast
     solved = solve_run(finished_job.run).sensors["SN1047"].calibration
     assert solved is not None
-    level, meter = forecast.remarks
+    level, meter, scanner = forecast.remarks
     assert level.startswith("the level of the base is not declared")
     assert meter.startswith("no uncertainty of the meter is declared (dmm)")
-    assert {level, meter} <= set(solved.remarks)
+    assert scanner.startswith("no crosstalk of the scanner is declared (dmm)")
+    assert {level, meter, scanner} <= set(solved.remarks)
     assert not any(
         "level of the base" in one or "meter" in one for one in (*forecast.reservations, *_held_against(solved))
     )

@@ -173,6 +173,7 @@ TRIALS = {
     "sensors.*.temperature.channel": Trial("dmm.s"),
     "level.before.taken": Trial("2026-01-01"),
     "chain.*.serial": Trial("R2"),
+    "job.relative_humidity_percent": Trial([30.0, 45.0]),
     "job.fields": Trial({"cost centre": "30-221"}),
     "chain.*.load_resistor_at": Trial("nowhere"),
     "chain.*.supply_channel": Trial("dmm.t"),

@@ -20,7 +20,7 @@ from ams.archive.sign_offs import SignOff
 from ams.errors import ObservationsError
 from ams.exports.formats import load_set
 from ams.sets.stated_findings import TABLE_NOT_COUNTED, outside_uncertainty
-from ams.sets.verdict_conditions import NO_GRAVITY, NO_LEVEL, NO_METER, NO_TEMPERATURE
+from ams.sets.verdict_conditions import NO_CROSSTALK, NO_GRAVITY, NO_LEVEL, NO_METER, NO_TEMPERATURE
 from procedures.certificate.grounds import Grounds, gaps_of
 from procedures.errors import RequestError
 from procedures.run.readiness import readiness
@@ -32,7 +32,7 @@ AXES = ("--axis", "x=sx_v", "--axis", "y=sy_v", "--axis", "z=sz_v")
 DRIFT_V_PER_H = 30e-6
 SOFT_V = 40e-6
 GRAVITY_U = "gravity_uncertainty_mps2 = 2e-6     # a standard uncertainty\n"
-METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"')
+METER = ("nplc = 10", 'nplc = 10\nstandard = "meter"\ncrosstalk_ratio = 1e-9')
 STANDARD = """
 [standards.meter]
 serial = "1"
@@ -227,13 +227,23 @@ def test_a_level_a_meter_and_a_gravity_that_nobody_declared_are_findings_of_a_fi
     rows, rig = rows_and_rig_at(tmp_path, 37.09)
     line = ("fit", rows, *AXES, "--rig", rig, "--sensor", "SN1047", *joint, "--json")
     rig.write_text(rig.read_text(encoding="utf-8").replace(GRAVITY_U, ""), encoding="utf-8")
-    undeclared = {"level-undeclared": NO_LEVEL, "meter-undeclared": NO_METER, "gravity-undeclared": NO_GRAVITY}
+    undeclared = [
+        ("level-undeclared", NO_LEVEL),
+        ("meter-undeclared", NO_METER),
+        ("meter-undeclared", NO_CROSSTALK),
+        ("gravity-undeclared", NO_GRAVITY),
+    ]
 
-    def found(axis: dict[str, object]) -> dict[str, str]:
-        return {entry["kind"]: entry["text"] for entry in axis["findings"] if entry["kind"] in undeclared}
+    def found(axis: dict[str, object]) -> list[tuple[str, str]]:
+        return [
+            (entry["kind"], begins)
+            for entry in axis["findings"]
+            for begins in (NO_LEVEL, NO_METER, NO_CROSSTALK, NO_GRAVITY)
+            if entry["text"].startswith(begins)
+        ]
 
     for axis in call(capsys, *line).document["axes"].values():
-        assert {kind: text[: len(undeclared[kind])] for kind, text in found(axis).items()} == undeclared
+        assert sorted(found(axis)) == sorted(undeclared)
     level = "[level]\nuncertainty_arcsec = 0.2\nbefore = { about_pitch_arcsec = 0.1, about_roll_arcsec = 0.1 }\n"
     stated = rig.read_text(encoding="utf-8").replace("[rig]\n", f"[rig]\n{GRAVITY_U}").replace(*METER)
     rig.write_text(stated + STANDARD + level, encoding="utf-8")
