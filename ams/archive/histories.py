@@ -89,8 +89,8 @@ def history(
         held = quarantined_of(connection, sensor, until_utc)
         gone = _withdrawn_of(connection, population, sensor, until_utc)
         found = _with_stated(connection, population, found)
-        declared = table(stored_document(connection, found.labels[-1].sha256)["provenance"])["acceptance"]
-    limits = acceptance_of(None if declared is None else table(declared)).limits_deg
+        provenance = table(stored_document(connection, found.labels[-1].sha256)["provenance"])
+    limits = acceptance_of(provenance).limits_deg
     limit = min(limits.values(), default=None)
     return SensorHistory(
         found,

@@ -10,6 +10,9 @@ Decision rules, U being the expanded uncertainty of the error (95 %):
   where |error| − U is beyond it at any; *conditional* between, where the uncertainty leaves it open;
 - simple (ILAC-G8:09/2019 4.2.1): *pass* where |error| is inside the limit at every point, else *fail*.
 
+U is no smaller than the capability that the laboratory states (ILAC-P14:09/2020 5.4): what a certificate prints is what
+it judges by.
+
 Points at which the axes do not determine an angle are counted beside its judgement. An angle with a limit that none of
 them determines is *conditional* by either rule: nothing shows that it is inside.
 """
@@ -58,6 +61,8 @@ class Acceptance:
     limits_deg: Mapping[str, float]
     """Angle (``pitch``, ``roll``) to the largest error allowed; an angle without a limit is not judged."""
     rule: Rule = "guard-band"
+    capability_deg: float = 0.0
+    """Of the laboratory: no expanded uncertainty is taken to be smaller; 0 where none is stated."""
 
     @property
     def rule_text(self) -> str:
@@ -172,28 +177,47 @@ def without_conformity(adjustment: Adjustment, why: str | None) -> Adjustment:
     return replace(adjustment, as_left=replace(adjustment.as_left, judgements=()), not_judged=why)
 
 
-def acceptance_of(declared: Mapping[str, Json] | None) -> Acceptance:
-    """Return the acceptance from a set's ``provenance.acceptance``, the rig file's ``[acceptance]``."""
-    given = declared or {}
+def acceptance_of(provenance: Mapping[str, Json]) -> Acceptance:
+    """Return what a set's ``provenance`` states: the rig file's ``[acceptance]`` and the laboratory's capability."""
+    capability = table(provenance.get("laboratory") or {}).get("capability_deg")
+    return _acceptance(table(provenance.get("acceptance") or {}), capability)
+
+
+def _acceptance(declared: Mapping[str, Json], capability_deg: Json) -> Acceptance:
     limits = {
-        angle: number(value) for angle in ("pitch", "roll") if (value := given.get(f"{angle}_limit_deg")) is not None
+        angle: number(value) for angle in ("pitch", "roll") if (value := declared.get(f"{angle}_limit_deg")) is not None
     }
-    return Acceptance(limits, "simple" if given.get("decision_rule") == "simple" else "guard-band")
+    rule: Rule = "simple" if declared.get("decision_rule") == "simple" else "guard-band"
+    return Acceptance(limits, rule, 0.0 if capability_deg is None else number(capability_deg))
 
 
-def judge(errors: AngleErrors, limit_deg: float, rule: Rule) -> Judgement:
+def judged_by(adjustment: Adjustment, acceptance: Acceptance) -> Adjustment:
+    """Return an adjustment judged anew: one that was stored may know of no capability."""
+
+    def anew(condition: Condition) -> Condition:
+        return replace(condition, judgements=_judged(condition.errors, condition.undetermined, acceptance))
+
+    found = None if adjustment.as_found is None else anew(adjustment.as_found)
+    judged = replace(adjustment, acceptance=acceptance, as_found=found, as_left=anew(adjustment.as_left))
+    return without_conformity(judged, adjustment.not_judged)
+
+
+def judge(errors: AngleErrors, limit_deg: float, rule: Rule, capability_deg: float = 0.0) -> Judgement:
     """Judge one angle against its limit by the rule."""
-    size, expanded = np.abs(errors.error_deg), errors.expanded_deg
+    size, expanded = np.abs(errors.error_deg), np.maximum(errors.expanded_deg, capability_deg)
+    worst = int(np.argmax(size + expanded))
     if rule == "simple":
         index = int(np.argmax(size))
         verdict: Verdict = "pass" if size[index] <= limit_deg else "fail"
     else:
-        index = errors.worst if (size + expanded).max() <= limit_deg else int(np.argmax(size - expanded))
+        index = worst if (size + expanded).max() <= limit_deg else int(np.argmax(size - expanded))
         verdict = _guarded(float((size + expanded).max()), float((size - expanded).max()), limit_deg)
-        index = errors.worst if verdict == "conditional" else index
+        index = worst if verdict == "conditional" else index
     decisive = float(errors.error_deg[index]), float(expanded[index])
     where = float(errors.pitch_deg[index]), float(errors.roll_deg[index])
     sentence = _sentence(errors.angle, verdict, decisive, limit_deg, where)
+    if expanded[index] > errors.expanded_deg[index]:
+        sentence += "; U is the capability"
     if errors.left_out:
         sentence += f"; not determined at {errors.left_out} of {errors.left_out + size.size} attitudes"
     return Judgement(errors.angle, limit_deg, verdict, *decisive, *where, sentence)
@@ -203,7 +227,9 @@ def _judged(
     errors: Mapping[str, AngleErrors], undetermined: tuple[str, ...], acceptance: Acceptance
 ) -> tuple[Judgement, ...]:
     return tuple(
-        judge(errors[angle], limit, acceptance.rule) if angle in errors else _not_determined(angle, limit)
+        judge(errors[angle], limit, acceptance.rule, acceptance.capability_deg)
+        if angle in errors
+        else _not_determined(angle, limit)
         for angle, limit in acceptance.limits_deg.items()
         if angle in errors or angle in undetermined
     )
@@ -257,7 +283,11 @@ def to_document(adjustment: Adjustment) -> Document:
     return {
         "sensor": adjustment.sensor,
         "usage_pitch_deg": None if adjustment.usage_pitch_deg is None else list(adjustment.usage_pitch_deg),
-        "acceptance": {"limits_deg": dict(adjustment.acceptance.limits_deg), "rule": adjustment.acceptance.rule},
+        "acceptance": {
+            "limits_deg": dict(adjustment.acceptance.limits_deg),
+            "rule": adjustment.acceptance.rule,
+            "capability_deg": adjustment.acceptance.capability_deg,
+        },
         "as_found": None if adjustment.as_found is None else _condition_document(adjustment.as_found),
         "no_as_found": adjustment.no_as_found,
         "as_left": _condition_document(adjustment.as_left),
@@ -269,10 +299,8 @@ def to_document(adjustment: Adjustment) -> Document:
 def from_document(document: Document) -> Adjustment:
     """Return the adjustment back from :func:`to_document`."""
     usage, accepted = document["usage_pitch_deg"], table(document["acceptance"])
-    acceptance = acceptance_of(
-        {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
-        | {"decision_rule": accepted["rule"]}
-    )
+    limits = {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
+    acceptance = _acceptance({**limits, "decision_rule": accepted["rule"]}, accepted.get("capability_deg"))
     found, why, not_judged = document["as_found"], document["no_as_found"], document.get("not_judged")
     read = Adjustment(
         str(document["sensor"]),

@@ -1,6 +1,6 @@
 """The results as a certificate states them: no uncertainty below what the laboratory has shown it can do.
 
-The capability (CMC) is an angle. For each coefficient it is the angle's effect: on the offset and the sensitivity
+The capability (CMC) is an angle. For each coefficient it is the angle's effect: on the offsets and the sensitivity
 S·capability, on the azimuth capability/sin Ω. Source: ISO/IEC 17025:2017, 7.8.4.1; ILAC-P14:09/2020, 5.4.
 """
 
@@ -10,6 +10,7 @@ from math import hypot, radians, sin
 
 import numpy as np
 
+from ams.models.extended import TRACELESS_NAME
 from ams.parameter_words import words_of
 from ams.rounding import last_place, to_place, with_uncertainty
 from ams.sets.canonical import Document, number, table
@@ -146,7 +147,7 @@ def _floor(name: str, rows: Document, size: float | None, capability_deg: float 
     """
     if not capability_deg or size is None:
         return 0.0
-    if name in ("offset_v", "sensitivity_v_per_g"):
+    if name in ("offset_v", TRACELESS_NAME, "sensitivity_v_per_g"):
         return size * radians(capability_deg)
     if name == "azimuth_deg":
         coning = table(rows["coning_deg"])["value"]

@@ -7,7 +7,6 @@ from ams.archive.histories import history
 from ams.archive.runs import PublishedRun
 from ams.archive.signatures import sign_off
 from ams.errors import ArchiveError, OutsideValidity
-from ams.sets.canonical import table
 from ams.sets.coefficients import CoefficientSet
 from ams.surveillance.adjustment import Adjustment, acceptance_of, adjust
 from procedures.report.view import Past
@@ -46,7 +45,7 @@ def as_left(
     """Return the new sets on their own data: without an archive nothing is known of before."""
     adjustments = {}
     for name, coefficients in sets.items():
-        accepted = acceptance_of(table(coefficients.provenance["acceptance"] or {}))
+        accepted = acceptance_of(coefficients.provenance)
         with suppress(OutsideValidity):  # a set that tells no angles (gyros, packages of CR)
             solved = sensors[name]
             adjustments[name] = adjust(

@@ -159,12 +159,12 @@ def test_as_found_is_how_far_the_line_before_was_off_in_its_own_unit() -> None:
     true, off = {"x": (0.032, -0.4)}, {"x": (0.032 * 1.01, -0.4 * 1.01 + 0.3)}
     new, old = line_set(true, scatter=0.5), line_set(off)
     exact = line_set(true)
-    found = adjust(old, exact, None, acceptance_of(None))  # type: ignore[arg-type]  # lines take no rows
+    found = adjust(old, exact, None, acceptance_of({}))  # type: ignore[arg-type]  # lines take no rows
     assert found.as_found is not None
     errors = found.as_found.level_errors["x"]
     assert errors.error == pytest.approx([-0.4 + 0.3, 0.4 + 0.3], abs=1e-9)
     assert (errors.unit, errors.worst) == ("ut", 1)
-    judged = adjust(old, new, None, acceptance_of(None))  # type: ignore[arg-type]
+    judged = adjust(old, new, None, acceptance_of({}))  # type: ignore[arg-type]
     assert judged.as_left.level_errors["x"].error == pytest.approx([0.0, 0.0])
     assert (judged.as_left.level_errors["x"].standard_uncertainty > 0.0).all()
     again = read_adjustment(to_document(judged))

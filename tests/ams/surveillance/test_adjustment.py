@@ -13,7 +13,16 @@ from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.coefficients import from_document as set_from_document
 from ams.sets.provenance import Provenance
-from ams.surveillance.adjustment import Acceptance, Verdict, acceptance_of, adjust, from_document, judge, to_document
+from ams.surveillance.adjustment import (
+    Acceptance,
+    Verdict,
+    acceptance_of,
+    adjust,
+    from_document,
+    judge,
+    judged_by,
+    to_document,
+)
 from ams.surveillance.attitude_errors import TWO_ATTITUDES, AngleErrors, angles_judged, errors_of
 
 GRID = [(p, r) for p in range(-90, 91, 15) for r in range(-180, 180, 45)]
@@ -162,9 +171,37 @@ def test_a_calibration_that_is_not_usable_is_not_judged_as_left_though_its_error
     assert adjust(None, new, rows, Acceptance({})).not_judged is None, "where no limit is declared none is missing"
 
 
+STATED = {
+    "acceptance": {"pitch_limit_deg": 0.05, "decision_rule": "simple"},
+    "laboratory": {"name": "a laboratory", "capability_deg": 0.002},
+}
+
+
+def test_nothing_passes_by_an_uncertainty_that_is_smaller_than_the_stated_capability() -> None:
+    """ILAC-P14:09/2020 5.4: the capability is the least that a certificate states, and it judges by what it states."""
+    errors = AngleErrors("pitch", np.zeros(1), np.zeros(1), np.array([0.0004]), np.array([0.0003]), np.full(1, 2.0), 0)
+    assert judge(errors, 0.0015, "guard-band").verdict == "pass"
+    floored = judge(errors, 0.0015, "guard-band", 0.002)
+    assert (floored.verdict, floored.expanded_deg) == ("conditional", 0.002)
+    assert floored.sentence.endswith("but by less than its uncertainty of 0.0020°; U is the capability")
+    assert judge(errors, 0.0015, "guard-band", 0.0001) == judge(errors, 0.0015, "guard-band")
+    assert acceptance_of(STATED).capability_deg == 0.002
+
+
+def test_what_was_judged_without_the_capability_is_judged_anew_by_it() -> None:
+    rows = measured("xyz", noise_v=1e-6)
+    new = solved(rows)
+    before = adjust(None, new, rows, Acceptance({"pitch": 0.0015}))
+    assert before.as_left.verdict == "pass"
+    capable = Acceptance({"pitch": 0.0015}, capability_deg=0.002)
+    again = judged_by(from_document(to_document(before)), capable)
+    assert again.as_left.judgements == adjust(None, new, rows, capable).as_left.judgements
+    assert again.as_left.verdict == "conditional"
+
+
 def test_an_adjustment_comes_back_from_its_document() -> None:
     before, rows = solved(measured("xyz", noise_v=1e-6)), measured("xyz", 0.05, noise_v=1e-6)
-    found = adjust(before, solved(rows), rows, acceptance_of({"pitch_limit_deg": 0.05, "decision_rule": "simple"}))
+    found = adjust(before, solved(rows), rows, acceptance_of(STATED))
     back = from_document(to_document(found))
     assert to_document(back) == to_document(found)
     assert (back.as_left.verdict, back.acceptance) == (found.as_left.verdict, found.acceptance)
@@ -172,14 +209,14 @@ def test_an_adjustment_comes_back_from_its_document() -> None:
 
 def test_a_first_calibration_has_nothing_to_find_and_no_limit_no_verdict() -> None:
     rows = measured("xyz", noise_v=1e-6)
-    found = adjust(None, solved(rows), rows, acceptance_of(None))
+    found = adjust(None, solved(rows), rows, acceptance_of({}))
     assert (found.as_found, found.no_as_found) == (None, "first calibration in this archive")
     assert found.as_left.verdict is None
 
 
 def test_a_previous_set_of_another_kind_says_why_it_finds_nothing() -> None:
     rows = measured("xy", noise_v=1e-6)
-    found = adjust(solved(measured("xyz", noise_v=1e-6)), solved(rows), rows, acceptance_of(None))
+    found = adjust(solved(measured("xyz", noise_v=1e-6)), solved(rows), rows, acceptance_of({}))
     assert found.as_found is None
     assert found.no_as_found is not None
     assert "axis z of the set was not measured" in found.no_as_found
