@@ -22,6 +22,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
 from ams.calibration.askew_seats import AskewSeats, judge_seats, with_seats
+from ams.calibration.between_rates import errors_between_rates
 from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
 from ams.calibration.output.believed import evidence_of
 from ams.calibration.output.contradicted_signs import contradicted_signs, with_readings_put_right
@@ -99,16 +100,23 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     diagnoses, tilt = _diagnosed(rows, groups, choices, request)
     seats = _seats(rows, groups, diagnoses, request)
     diagnoses = diagnoses if seats is None else with_seats(diagnoses, seats, request.tested_axes or len(choices))
+    diagnosed = {
+        label: of
+        for (group, *_), found in zip(groups, diagnoses, strict=True)
+        for label, of in zip(group, found, strict=True)
+    }
     shown = () if tilt is None or not request.counts_tilts else tilt.counted
     shown += () if seats is None else (seats.counted,)
-    if shown:
-        shared = {label: (*errors, *shown) for label, errors in shared.items()}
+    primary = {label: solved.primary[row] for group, solved, _ in groups for row, label in enumerate(group)}
+    choices, between = errors_between_rates(rows, choices, primary)
+    if shown or between:
+        shared = {label: (*errors, *shown, *between.get(label, ())) for label, errors in shared.items()}
         groups = list(_solved(rows, layout, choices, replace(request, shared_errors=shared), weights))
-    for (group, solved, _), found in zip(groups, diagnoses, strict=True):
+    for group, solved, _ in groups:
         for row, label in enumerate(group):
-            curved = request.residual_curvature
+            curved, found = request.residual_curvature, diagnosed[label]
             limits = notes_of(shared[label])
-            axes[label] = _axis(label, solved, row, observations, choices[label], found[row], limits, curved=curved)
+            axes[label] = _axis(label, solved, row, observations, choices[label], found, limits, curved=curved)
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     fitted = choices[labels[0]].model  # temperature is modelled alike of every axis

@@ -51,6 +51,8 @@ SHIFTS_WITHIN = ("shift within the calibration, offset", "shift within the calib
 """Names of what it may do while it is calibrated."""
 NONLINEARITY = "nonlinearity beyond the equation"
 """Name of what of an output follows the attitude and is no term of a set: the next run repeats it."""
+BETWEEN_RATES = "between the rates"
+"""Name of what a gyro may do between three rates: the next run at the same rates repeats it."""
 G_SENSITIVITY = "g-sensitivity"
 """Name of what the specific force does to the zero of a gyro: the same run repeats it, use elsewhere does not."""
 G_SENSITIVITY_LIMIT = "largest_g_sensitivity_dps_per_g"

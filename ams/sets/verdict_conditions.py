@@ -30,6 +30,8 @@ TERMS_NOT_DETERMINED: Final = "terms of second and third order are not determine
 """How it is said of points at which these terms pass for offset and sensitivities, such as six of a tumble."""
 RATE_TERMS_NOT_DETERMINED: Final = "nonlinearity and asymmetry of the scale factor are not determined by these rates"
 """How it is said of gyros of few rates."""
+THREE_RATES: Final = "what the scale factor does between three rates is not told by them"
+"""How the remark on gyros of three rates begins."""
 REFERENCE_NOT_MEASURED: Final = "nothing was measured near the reference temperature"
 """How a reservation begins where offset and sensitivities are stated at a temperature that nothing holds them at."""
 CURVATURE_UNDETERMINED: Final = "curvature over temperature is not told"
@@ -66,6 +68,7 @@ _UNTESTED: Final = MappingProxyType(
         RATE_TERMS_NOT_DETERMINED: (
             "nonlinearity and asymmetry of the scale factor, which these rates do not determine"
         ),
+        THREE_RATES: "a bend of third order of the scale factor between the three rates",
         TERMS_NOT_TESTED: "terms of second and third order, memories and slips of the table",
         DIRECTIONS_NOT_MEASURED: "how the sensitive axes lie to one another",
         CUBIC_BEND_UNDETERMINED: "a bend of third order between the three temperatures",

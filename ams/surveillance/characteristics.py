@@ -16,12 +16,12 @@ from itertools import combinations
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS
+from ams.inputs.shared_errors import BETWEEN_RATES, G_SENSITIVITY, NONLINEARITY, SHIFTS
 from ams.models.sensor_model import SetForm
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 
-REPEATED = ("table", "lack-of-fit", "temperature", *SHIFTS, NONLINEARITY, G_SENSITIVITY)
+REPEATED = ("table", "lack-of-fit", "temperature", *SHIFTS, NONLINEARITY, BETWEEN_RATES, G_SENSITIVITY)
 """Parts of the covariance that the next run on the same table repeats, or that are of the time between them and looked
 for there: they do not scatter between runs."""
 _COLUMNS = 4
