@@ -129,6 +129,20 @@ def test_the_joint_fit_counts_the_same() -> None:
         np.testing.assert_allclose(np.diag(parts[1]), np.diag(parts[0]), rtol=0.05)
 
 
+def test_the_part_is_the_sum_over_the_other_channels_and_none_leaks_into_itself() -> None:
+    """An axis has E²/3 · Σ θθᵀ of offset and sensitivities by it, over the θ of all channels but its own."""
+    ratio, chance = 1e-4, np.random.default_rng(1)
+    found = solved(measured(Campaign(replications=3).observe(chance), ratio, chance), ratio)
+    beside = [np.concatenate([[0.15], 2.5 * row]) for row in ASKEW]
+    every = {axis: np.concatenate([[OFFSET_V[axis]], VECTOR_V_PER_G[axis]]) for axis in AXES}
+    for axis in AXES:
+        others = [*(every[other] for other in AXES if other != axis), *beside, np.array([SUPPLY_V, 0.0, 0.0, 0.0])]
+        expected = ratio**2 / 3.0 * sum(np.outer(theta, theta) for theta in others)
+        parts = found.axes[axis].variance_components
+        (part,) = (part.covariance for part in parts if part.name == "crosstalk")
+        np.testing.assert_allclose(part, expected, rtol=0.02, atol=0.002 * np.diag(expected)[1:].max())
+
+
 def test_axes_have_no_part_of_it_in_common() -> None:
     """What leaks from y into x is not what leaks from x into y."""
     rows = measured(Campaign(replications=3).observe(np.random.default_rng(1)), 1e-4, np.random.default_rng(2))

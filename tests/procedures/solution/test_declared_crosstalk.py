@@ -10,7 +10,7 @@ from small_run import RIG, bench
 
 from ams.observations import Observations
 from procedures.check.check_report import check
-from procedures.delivery.deliver import solve_run
+from procedures.delivery.deliver import sets_of, solve_run
 from procedures.kinds.read import read_procedure
 from procedures.records.declared_gaps import crosstalk_remarks
 from procedures.solution.crosstalk import CROSSTALK, leaking_channels, with_scanned_volts
@@ -44,6 +44,7 @@ def test_every_other_channel_of_the_scanner_leaks_by_a_part_of_its_own(tmp_path)
     for errors in shared_errors(rig, sensor).values():
         (error,) = (error for error in errors if error.name == CROSSTALK)
         assert error.columns == (0, 1, 2)
+        assert error.is_of_one_channel  # what y puts into x is not what x puts into y
         assert error.axes == ("x", "y", "z")
         assert error.standard_uncertainty == pytest.approx(1e-5 / sqrt(3.0))
         assert error.stated == "readouts.dmm: limit 1e-05 of the volts of each of 2 other channels"
@@ -119,3 +120,23 @@ def test_a_rig_without_it_changes_nothing_of_the_rows(tmp_path) -> None:
     rows = Observations(np.array([1]), np.array([1]), np.zeros(1), np.zeros(1), {"x": np.zeros(1)})
     if not leaking_channels(rig, sensor):
         assert with_scanned_volts(rows, rig, sensor) is rows
+
+
+def test_a_set_says_what_read_the_outputs_and_which_volts_the_supply_had(tmp_path) -> None:
+    """The twin's supply stands 2 mV above the middle of its band."""
+    channels = "channels = { x = { scanner = 1, range_v = 10.0 }, "
+    supply = "s = { scanner = 4, range_v = 10.0 }, "
+    chain = '[chain."dmm.x"]\nsupply_channel = "dmm.s"\nsupply_band_v = [4.9, 5.1]\n[environment.air]'
+    twin = '[twin.supplies]\n"dmm.s" = { error_v = 0.002 }\n[twin.truth.SN1]'
+    changes = (declared(1e-5), (channels, channels + supply), ("[environment.air]", chain), ("[twin.truth.SN1]", twin))
+    bench(tmp_path, rig=changes).run(tmp_path / "run")
+    (made,) = sets_of(solve_run(tmp_path / "run")).values()
+    readouts, supplies = made.provenance["readouts"], made.provenance["supplies"]
+    assert isinstance(readouts, dict)
+    assert isinstance(supplies, dict)
+    told = dict(readouts["dmm"])
+    assert "HP3458A" in told.pop("identity")
+    assert told == {"driver": "hp3458a", "axes": ["x", "y", "z"], "scanned": True, "crosstalk_ratio": 1e-5}
+    (channel,) = supplies
+    assert channel == "dmm.s"
+    assert list(supplies[channel].values()) == pytest.approx([5.002] * 3, abs=5e-4)
