@@ -72,7 +72,10 @@ class MotionBreach(DeviceFault):
 
 
 class GuardLost(DeviceFault):
-    """The process that would stop the axes if this one died is gone. The axes were stopped; a person looks."""
+    """The process that would stop the axes if this one died is gone, or nobody would find it.
+
+    The axes were stopped; a person looks.
+    """
 
 
 class WaitEnded(RigError):

@@ -15,7 +15,7 @@ from typing import Literal, get_args
 from procedures.description.named_files import NamedFile
 from procedures.errors import ProcedureError, RequestError
 from procedures.journal.corrections import acknowledge, is_acknowledged
-from procedures.queue.hands import heed, in_use_by, past_marks_of
+from procedures.queue.hands import heed, in_use_by, past_marks_of, require_uses_to_be_seen
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore
 from rig.assembly.open_rig import real_ports
@@ -137,6 +137,7 @@ def arm(
             raise RequestError("queue arm: nothing waits; nothing was armed; calrig queue add")
         return "arm", {"by": by, "until_utc": until_utc.isoformat(), "boot": boot, "items": waiting}
 
+    require_uses_to_be_seen()
     heed(store)
     return store.change(_in_view("arm", expects, decide))
 

@@ -11,7 +11,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
-from procedures.queue.hands import heed, unknown_uses
+from procedures.errors import RequestError
+from procedures.queue.hands import heed, require_uses_to_be_seen, unknown_uses
 from procedures.queue.state import AT_WORK, Arming, Attestation, Item, ItemState, Queue
 from procedures.queue.store import Change, QueueStore
 from procedures.queue.words import awaited_sentence
@@ -89,9 +90,12 @@ class Runner:
     """What is waited for, and since when."""
     _announced: set[str] = field(default_factory=set)
     _rung: set[str] = field(default_factory=set)
+    _unseen: str = ""
+    """Why somebody may have had the rig and left no mark, until the queue's record has it."""
 
     def step(self) -> Queue:
         """Do what is next; returns the queue as it was found. Raises: ProcedureError."""
+        self._disarm_for_what_is_unseen()
         # Also while another runs: people hear that a window is over when it is, not when that run has ended.
         queue, now_utc = heed(self.store), self.clock.now_utc()
         self._tell_of_use(queue)
@@ -108,6 +112,28 @@ class Runner:
         else:
             self._waits_since = None
         return queue
+
+    def _disarm_for_what_is_unseen(self) -> None:
+        """Disarm where a use would leave no mark now, or would have left none at an earlier look.
+
+        A stop by another account is seen by its mark alone. Raises: ProcedureError; then nothing is started.
+        """
+        if not self._unseen and not (why := self._why_unseen()):
+            return
+        self._unseen = self._unseen or why
+
+        def recorded(queue: Queue) -> Change | None:
+            return ("unseen", {"why": self._unseen}) if queue.arming is not None else None
+
+        self.store.change(recorded)
+        self._unseen = ""
+
+    def _why_unseen(self) -> str:
+        try:
+            require_uses_to_be_seen()
+        except RequestError as error:
+            return str(error)
+        return ""
 
     def _follow(self, queue: Queue, item: Item) -> None:
         look = self.world.look(item)
@@ -208,8 +234,9 @@ class Runner:
         return queue.arming is not None and self.clock.now_utc() <= queue.arming.until_utc
 
     def _is_used(self, queue: Queue) -> bool:
-        """Whether somebody had the rig outside the queue since this look began."""
-        return bool(unknown_uses(self.store.folder, queue))
+        """Whether somebody had the rig outside the queue since this look began, or may have had it unseen."""
+        self._unseen = self._unseen or self._why_unseen()
+        return bool(self._unseen or unknown_uses(self.store.folder, queue))
 
     def _clock_behind(self, queue: Queue, last_utc: datetime | None) -> str:
         """Say that this machine's clock is before what has happened: no hour that was armed can be told by it."""
@@ -223,10 +250,13 @@ class Runner:
         )
 
     def _tell_of_use(self, queue: Queue) -> None:
-        """Tell and ring, once, that a use from outside has disarmed the queue and what waits does not begin."""
+        """Tell and ring, once, that a use from outside, or that none could be seen, has disarmed the queue and what
+        waits does not begin.
+        """
         waiting = queue.in_state(ItemState.RESUMING, ItemState.WAITING)
-        kinds = [event for event in queue.events if event.kind in ("arm", "disarm") or event.detail.get("disarms")]
-        if not waiting or not kinds or kinds[-1].kind != "used":
+        by_act = ("arm", "disarm", "unseen")
+        kinds = [event.kind for event in queue.events if event.kind in by_act or event.detail.get("disarms")]
+        if not waiting or not kinds or kinds[-1] not in ("used", "unseen"):
             return
         text = f"is not begun: the queue is disarmed: {queue.disarmed_because}"
         if text not in self._rung:

@@ -9,6 +9,7 @@ event                  what becomes of the queue
 ``attest``             a person says what is mounted; the check set of the run verifies it by measurement
 ``used``               somebody had the rig outside the queue: it is disarmed; after all but a jog and a stop nobody
                        has said what is mounted
+``unseen``             nobody could have left word of having the rig, as on a full disk: it is disarmed
 ``start``, ``resume``  an item has the rig
 ``began``              the run of the item is known
 ``unbegun``            no run began: it waits again where the rig was busy, else as ``ended``
@@ -211,6 +212,8 @@ def _after(queue: Queue, event: Event) -> Queue:
             return replace(queue, attestation=Attestation(str(detail["by"]), dict(detail["mounted"]), event.utc))
         case "used":
             return _used(queue, detail)
+        case "unseen":
+            return _disarmed(queue, str(detail["why"]))
         case "start" | "resume":
             return _started(queue, event)
         case "began":

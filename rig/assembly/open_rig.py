@@ -3,7 +3,6 @@
 Everything is opened together or not at all, and given back in the opposite order.
 """
 
-import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
@@ -11,9 +10,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import cast
 
-from platformdirs import user_state_path
-
 from rig.assembly.faulty_lines import with_faults
+from rig.assembly.guard_of_rig import stop_guard
 from rig.assembly.identity import Identifiable, expected, require_expected
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
@@ -38,15 +36,12 @@ from rig.devices.winding import Machine
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
-from rig.guard.ask import FOLDER as GUARDS
 from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard
 from rig.lines.lock import RigLock, acquire, canonical, is_on_network, known_elsewhere_as, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
-from rig.link.terminal_stream import TERMINAL
-from rig.machine_folder import machine_folder
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.supervisor import Supervisor
 from rig.twins.control import RemoteChance
@@ -94,6 +89,8 @@ class Rig:
         purpose: str = "calrig",
         claim: Claim = claimed_by_nobody_else,
         memory: MotionMemory | None = None,
+        *,
+        for_stop: bool = False,
     ) -> None:
         self.description = description
         self.clock = clock
@@ -103,6 +100,7 @@ class Rig:
         self._guard = guard
         self._purpose = purpose
         self._claim = claim
+        self._for_stop = for_stop
         self.motion = memory or MotionMemory()  # over all connections
         self._locked: set[str] = set()
         """Devices by their serial numbers."""
@@ -192,7 +190,7 @@ class Rig:
         if self.description.is_simulated:
             return
         wanted = {serial for identity in identities if (serial := serial_of(identity)) is not None} - self._locked
-        self._held.enter_context(acquire(sorted(wanted), self._purpose))
+        self._held.enter_context(acquire(sorted(wanted), self._purpose, for_stop=self._for_stop))
         self._locked |= wanted
         if any(map(is_on_network, real_ports(self.description))):
             self._claim(sorted(wanted))
@@ -250,11 +248,14 @@ def open_rig(
     tell_fault: Callable[[str], None] = lambda _sentence: None,
     write: WriteFile | None = None,
     claim: Claim = claimed_by_nobody_else,
+    for_stop: bool = False,
 ) -> Rig:
     """Lock and open everything that the description names; nothing moves.
 
     ``line_source`` (:mod:`rig.lines.recording`) records or replays the lines.
     ``claim`` keeps other machines from what they reach as well; it is asked when this machine's locks are held.
+    ``for_stop``: nothing is to move, and axes are to stop; what others must be able to see, and cannot where the disk
+    of the machine folder is full, keeps nobody from it.
     ``faults`` go wrong on the twins' lines, and ``tell_fault`` hears of each.
     ``write`` keeps how far cables are wound; without it, real axes whose cables wind up refuse to turn.
     ``rig_file`` is locked as well where given, so that two commands do not drive twins of one file. Raises: RigBusy,
@@ -263,7 +264,7 @@ def open_rig(
     refuse_crash_points(real_ports(description))
     clock = clock or choose_clock(description)
     with ExitStack() as held:
-        lock_rig(description, rig_file, purpose, held)
+        lock_rig(description, rig_file, purpose, held, for_stop=for_stop)
         claim(known_elsewhere_as(real_ports(description)))
         world = World(description) if description.uses_twins else None
         served = twin_lines(description, world) if world else []
@@ -271,12 +272,14 @@ def open_rig(
             served = with_faults(served, faults, world, clock.monotonic_s(), tell_fault)
         twins = {key: line.twin for line in served for key in line.keys}
 
-        guard, memory = stop_guard(description, rig_file, purpose), MotionMemory()
+        guard, memory = stop_guard(description, rig_file, purpose, for_stop=for_stop), MotionMemory()
 
         def connect() -> Connected:
             return _connected(description, clock, world, twins, line_source, guard, write, memory)
 
-        return Rig(description, clock, connect, connect(), held.pop_all(), guard, purpose, claim, memory)
+        return Rig(
+            description, clock, connect, connect(), held.pop_all(), guard, purpose, claim, memory, for_stop=for_stop
+        )
 
 
 def _connected(
@@ -334,19 +337,6 @@ def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines:
     return tuple(found.values())
 
 
-def stop_guard(description: RigDescription, rig_file: Path | None, purpose: str) -> StopGuard | None:
-    """Return the guard of a rig with axes on real ports; its process begins with the first motion."""
-    if not IS_POSSIBLE or not any(axis.port not in (TWIN_PORT, TERMINAL) for axis in description.axes.values()):
-        return None
-    rig = {"purpose": purpose, "rig_file": "" if rig_file is None else os.path.realpath(rig_file)}
-    record = user_state_path("calrig") / "stop-guards" / f"{os.getpid()}.json"
-    try:
-        folder: Path | None = Path(machine_folder(GUARDS))
-    except OSError:
-        folder = None  # then nobody finds it; it guards all the same
-    return StopGuard(record, rig, folder, SystemClock())
-
-
 def guarded(axis: Axis, description: RigDescription, name: str, clock: Clock, write: WriteFile | None) -> Axis:
     """Return an axis that remembers how far its cables are wound, where they wind. Raises: DescriptionError."""
     settings = description.axes[name]
@@ -389,9 +379,12 @@ def real_ports(description: RigDescription) -> list[str]:
     return [port for port in dict.fromkeys(ports) if port != TWIN_PORT]
 
 
-def lock_rig(description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack) -> RigLock:
+def lock_rig(
+    description: RigDescription, rig_file: Path | None, purpose: str, held: ExitStack, *, for_stop: bool = False
+) -> RigLock:
     """Lock every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
-    return held.enter_context(acquire([*real_ports(description), *([str(rig_file)] if rig_file else [])], purpose))
+    resources = [*real_ports(description), *([str(rig_file)] if rig_file else [])]
+    return held.enter_context(acquire(resources, purpose, for_stop=for_stop))
 
 
 def _remote_chance(description: RigDescription, lines: Lines) -> TwinChance:

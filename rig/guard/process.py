@@ -160,7 +160,10 @@ class Guard:
         self.registered = ""
 
     def listen(self) -> None:
-        """Where the system has names for sockets that vanish with their owner."""
+        """Where the system has names for sockets that vanish with their owner.
+
+        Raises: OSError where whoever asks for a stop would not find it.
+        """
         has_names = sys.platform.startswith("linux")
         if not has_names or self.start["folder"] is None:
             return
@@ -170,9 +173,15 @@ class Guard:
         self.listener.bind(f"\0{name}")
         self.listener.listen(8)
         self.registered = os.path.join(self.start["folder"], f"{name}{SUFFIX}")
-        with open(f"{self.registered}.partial", "w", encoding="utf-8") as file:
-            file.writelines(" ".join(rig.get(key, "").splitlines()) + "\n" for key in KEYS)
-        os.replace(f"{self.registered}.partial", self.registered)
+        partial = f"{self.registered}.partial"
+        try:
+            with open(partial, "w", encoding="utf-8") as file:
+                file.writelines(" ".join(rig.get(key, "").splitlines()) + "\n" for key in KEYS)
+            os.replace(partial, self.registered)
+        except OSError:
+            with suppress(OSError):
+                os.unlink(partial)
+            raise
 
     def run(self) -> None:
         while True:
@@ -359,9 +368,12 @@ def main() -> None:
     go_first()
     guard = Guard(socket.socket(fileno=int(sys.argv[1])), json.loads(sys.argv[2]))
     try:
-        with suppress(OSError):
+        unlisted = ""
+        try:
             guard.listen()
-        guard.channel.sendall(b'{"ready": true}\n')
+        except OSError as error:
+            unlisted = f"{guard.start['folder']}: {error.strerror or error}"
+        guard.channel.sendall(json.dumps({"ready": True, "unlisted": unlisted}).encode() + b"\n")
         guard.run()
     finally:
         guard.close()

@@ -238,8 +238,11 @@ class StopGuard:
                 return
             self._heard_s = now_s
             *lines, self._pending = (self._pending + data).split(b"\n")
-            for line in lines:
-                if (by := json.loads(line).get("stop")) is not None:
+            for message in map(json.loads, lines):
+                if message.get("unlisted"):
+                    self._refuse_unlisted(message["unlisted"])
+                    return
+                if (by := message.get("stop")) is not None:
                     self._trouble = WaitEnded(
                         "the stop guard stopped the axes at once", by or "somebody without a name"
                     )
@@ -251,6 +254,18 @@ class StopGuard:
             self._lose("was frozen (SIGSTOP)")
         elif now_s - max(self._heard_s, self._resumed_s) > DEAF_S:
             self._lose(f"has not answered for {DEAF_S:g} s")
+
+    def _refuse_unlisted(self, why: str) -> None:
+        """Nothing may move by one that no stop from elsewhere would find."""
+        if self._process is not None:
+            # Before its channel closes: that would be the death of its engine, which it ends.
+            self._process.kill()
+            self._process.wait()
+        self._lose("is not needed")
+        self._trouble = GuardLost(
+            f"the stop guard could not say where it is ({why}): calrig abort and calrig jog --stop would not find it;"
+            " nothing was moved; make room there, then try again"
+        )
 
     def _lose(self, what: str) -> None:
         """Nothing may move without one; the motion after the next begins with a new guard."""

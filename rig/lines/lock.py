@@ -4,6 +4,7 @@ The lock is that of :mod:`rig.file_lock`, on a file in one folder for all accoun
 beside it, each account's own, says who holds it. It keeps a second calrig on this machine away, whatever name it has
 for the port, not another program and not another machine: nothing here can (:mod:`procedures.lease` can, by a database
 that both know). Another file stays when the lock is given back: who used it last, which ends what a queue had armed.
+Where that file cannot be written nothing is locked, but for a stop, which nothing keeps from being sent.
 """
 
 import json
@@ -30,6 +31,7 @@ from rig.errors import RigBusy
 from rig.link.port_address import canonical_port
 from rig.local_time import text_at_both
 from rig.machine_folder import OVERRIDE, machine_folder
+from rig.machine_room import WHAT_TO_DO, no_room_sentence, require_room, write_whole
 from rig.system_parts import module_here
 
 FOLDER = "locks"
@@ -72,6 +74,16 @@ class LockOwner:
         return f"process {self.pid} ({self.purpose or 'calrig'}){whose} since {text_at_both(self.since_utc)}"
 
 
+@dataclass(frozen=True, slots=True)
+class LeftUse:
+    """What was done to resources without holding them."""
+
+    owners: tuple[LockOwner, ...]
+    """It, by resource."""
+    unmarked: str = ""
+    """Why others do not see it: a mark of it could not be left; empty where all were."""
+
+
 class RigLock:
     """Exclusive hold of several resources, taken all or none. A context manager."""
 
@@ -93,50 +105,74 @@ class RigLock:
 
 
 def acquire(
-    resources: Sequence[str], purpose: str, *, folder: Path | None = None, clock: Clock | None = None
+    resources: Sequence[str],
+    purpose: str,
+    *,
+    folder: Path | None = None,
+    clock: Clock | None = None,
+    for_stop: bool = False,
 ) -> RigLock:
     """Lock every resource (port addresses, devices, rig file paths) for this process.
 
-    Raises: RigBusy naming the owner of the first one that is held; then none is kept.
+    ``for_stop``: nothing will move, and axes are to be stopped: a folder that takes no file keeps nobody from that.
+
+    Raises: RigBusy naming the owner of the first one that is held, or the folder that takes no mark of this; then none
+    is kept.
     """
     clock = clock or SystemClock()
     # Of several names of one port the first by alphabet is told, in whatever order they come: later ones replace.
     names = {identity_of(resource): canonical(resource) for resource in sorted(resources, reverse=True)}
+    try:
+        where = folder or lock_folder()
+    except RigBusy:
+        if not for_stop:
+            raise
+        return RigLock(ExitStack(), ())
     with ExitStack() as held:
         for identity, name in sorted(names.items()):
             owner = _this_process(name, purpose, clock)
-            held.enter_context(_locked(_file_of(identity, folder or lock_folder()), owner, clock))
+            held.enter_context(_locked(_file_of(identity, where), owner, clock, for_stop=for_stop))
         return RigLock(held.pop_all(), tuple(sorted(names.values())))
 
 
 def leave_use(
     resources: Iterable[str], purpose: str, *, folder: Path | None = None, clock: Clock | None = None
-) -> list[str]:
-    """Leave on record that something was done to resources without holding them, as a stop from elsewhere.
-
-    Returns the marks of it. Raises: RigBusy where there is no folder.
-    """
-    left = []
-    for resource in resources:
-        owner = _this_process(canonical(resource), purpose, clock or SystemClock())
-        _leave(_file_of(identity_of(resource), folder or lock_folder()), owner)
-        left.append(owner.mark)
-    return left
+) -> LeftUse:
+    """Leave on record that something was done to resources without holding them, as a stop from elsewhere."""
+    owners = [_this_process(canonical(resource), purpose, clock or SystemClock()) for resource in resources]
+    unmarked = ""
+    try:
+        where = folder or (lock_folder() if owners else Path())
+        for owner in owners:
+            _leave(_file_of(identity_of(owner.resource), where), owner)
+    except RigBusy as error:
+        unmarked = str(error)
+    except OSError as error:
+        unmarked = no_room_sentence(error, where)
+    return LeftUse(tuple(owners), unmarked)
 
 
 def uses(resources: Iterable[str], *, folder: Path | None = None) -> list[LockOwner]:
     """Return the last use of each account and queue of any of the resources, whether it lasts or is over; by time.
 
-    Raises: RigBusy where there is no folder.
+    Raises: RigBusy where there is no folder, and where a mark cannot be read.
     """
     found: dict[str, LockOwner] = {}
     for path in (_file_of(identity_of(resource), folder or lock_folder()) for resource in resources):
         for text in path.parent.glob(f"{path.stem}.*.used"):
-            if (owner := _read(text)) is not None:
-                found[owner.mark] = owner
+            if (owner := _read(text)) is None:
+                raise RigBusy(
+                    f"{text}: does not say who used the rig; look at the rig, remove that file, then arm anew"
+                )
+            found[owner.mark] = owner
         if path.exists() and (owner := _holder(path)) is not None:
             found[owner.mark] = owner
     return sorted(found.values(), key=lambda owner: owner.since_utc)
+
+
+def require_marks() -> None:
+    """See that a use of a rig by this account leaves its mark now. Raises: RigBusy."""
+    require_room(lock_folder())
 
 
 def owner_of(resource: str, *, folder: Path | None = None) -> LockOwner | None:
@@ -266,21 +302,42 @@ def _account_number() -> int | None:
 
 
 @contextmanager
-def _locked(path: Path, owner: LockOwner, clock: Clock) -> Iterator[None]:
-    with _opened(path) as file:
+def _locked(path: Path, owner: LockOwner, clock: Clock, *, for_stop: bool) -> Iterator[None]:
+    with ExitStack() as held:
+        try:
+            file = held.enter_context(_opened(path))
+        except OSError as error:
+            if not for_stop:
+                raise _unmarked(error, path.parent) from error
+            yield  # nobody holds a file that cannot be made
+            return
         if not file_lock.take(file, clock, _ATTEMPTS):
             raise RigBusy(
                 f"{owner.resource}: in use by {_owner(path) or 'another process'}; nothing was opened;"
                 " wait until it has finished, or stop it"
             )
         text = path.with_name(f"{path.stem}.{_whose()}.owner")
-        _say(text, owner)
-        _leave(path, owner)
+        held.callback(_forget, text)
+        with suppress(OSError):  # for people: where another account keeps this one from it, the lock holds all the same
+            write_whole(text, json.dumps(asdict(owner)), _READABLE)
         try:
-            yield
-        finally:
-            with suppress(OSError):
-                text.unlink()
+            _leave(path, owner)
+        except OSError as error:
+            if not for_stop:
+                raise _unmarked(error, path.parent) from error
+        yield
+
+
+def _forget(text: Path) -> None:
+    with suppress(OSError):
+        text.unlink()
+
+
+def _unmarked(error: OSError, folder: Path) -> RigBusy:
+    return RigBusy(
+        f"{no_room_sentence(error, folder)}: no queue that waits for the rig would see that it is used; nothing was"
+        f" opened; {WHAT_TO_DO}"
+    )
 
 
 def _this_process(resource: str, purpose: str, clock: Clock) -> LockOwner:
@@ -295,9 +352,13 @@ def _whose() -> str:
 
 
 def _leave(path: Path, owner: LockOwner) -> None:
-    """Write who uses it where it stays; what people began and what each queue began do not write over each other."""
+    """Write who uses it where it stays; what people began and what each queue began do not write over each other.
+
+    Raises: OSError; then the one before is there still.
+    """
     by = blake2b(owner.queue.encode(), digest_size=6).hexdigest() if owner.queue else "people"
-    _say(path.with_name(f"{path.stem}.{_whose()}.{by}.used"), owner)
+    mark = path.with_name(f"{path.stem}.{_whose()}.{by}.used")
+    write_whole(mark, json.dumps(asdict(owner)), _READABLE)
 
 
 def _opened(path: Path) -> IO[str]:
@@ -326,13 +387,6 @@ def _read(text: Path) -> LockOwner | None:
     with suppress(OSError, ValueError, TypeError):
         return LockOwner(**json.loads(text.read_text(encoding="utf-8")))
     return None
-
-
-def _say(text: Path, owner: LockOwner) -> None:
-    """For people: where another account keeps this one from it, the lock holds all the same."""
-    with suppress(OSError):
-        text.write_text(json.dumps(asdict(owner)), encoding="utf-8")
-        text.chmod(_READABLE)
 
 
 def _file_of(identity: str, folder: Path) -> Path:

@@ -14,13 +14,14 @@ from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import note, print_json, say
-from procedures.cli.queues_disarmed import note_disarmed
+from procedures.cli.queues_disarmed import disarmed_by, note_disarmed
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
 from procedures.jog_screen.served import jog_for_pages
 from procedures.lease.keeper import leased
 from procedures.numbers import finite
+from procedures.queue.hands import JOG_STOP
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import Clock, SystemClock, VirtualClock
@@ -106,11 +107,14 @@ def jog(
     archive = None if stop else shared_archive_url()  # nobody's lease keeps anybody from a stop
     with (
         leased(archive, "jog", note) as lease,
-        open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
+        open_rig(
+            description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim, for_stop=stop
+        ) as opened,
         stoppable_wait(opened.clock) as wait,
         _homes_kept(opened),
     ):
-        note_disarmed()
+        if not stop:
+            note_disarmed()
         for sentence in stop_what_moves(opened.axes, opened.clock, opened.motion) if wanted and not stop else ():
             note(sentence)
         if wanted:
@@ -123,7 +127,7 @@ def jog(
             for readout in opened.readouts.values():
                 readout.prepare()
         if "--stop" in wanted:
-            document |= _stopped(opened, axis)
+            document |= _stopped(opened, axis, rig)
         elif rate is not None and for_s is not None and axis is not None:
             document |= {"axis": axis, **_turned(opened, axis, rate, for_s, wait)}
         elif wanted:
@@ -273,8 +277,12 @@ def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -
     }
 
 
-def _stopped(opened: Rig, axis: str | None) -> dict[str, Any]:
-    stopped = by_hand.stop(opened, axis)
+def _stopped(opened: Rig, axis: str | None, rig_file: Path) -> dict[str, Any]:
+    try:
+        stopped = by_hand.stop(opened, axis)
+    finally:
+        for sentence in disarmed_by(JOG_STOP, rig=rig_file):
+            note(sentence)
     return {"stopped": stopped, "positions_deg": {name: opened.axes[name].state().position_deg for name in stopped}}
 
 
