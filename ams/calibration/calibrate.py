@@ -23,6 +23,7 @@ from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
 from ams.calibration.askew_seats import AskewSeats, judge_seats, with_seats
 from ams.calibration.between_rates import errors_between_rates
+from ams.calibration.layout_warnings import layout_warnings
 from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
 from ams.calibration.output.believed import evidence_of
 from ams.calibration.output.contradicted_signs import contradicted_signs, with_readings_put_right
@@ -38,6 +39,7 @@ from ams.calibration.solving.columns import SolvedColumns, plots_of, solve_linea
 from ams.calibration.solving.model_choice import ModelChoice, base_model, choose_model, refuse_foreign_units
 from ams.calibration.steps.judged_steps import judge_steps
 from ams.calibration.steps.steps_of_output import NO_STEPS, StepsOfOutput
+from ams.calibration.together.in_step_hidden import hidden_in_step
 from ams.calibration.together.tilting_base import BaseTilt
 from ams.calibration_result import AxisCalibration, Calibration, Replication
 from ams.finding_kinds import FindingKind
@@ -59,13 +61,9 @@ from ams.solve.linearised import linearise
 from ams.solve.package import SolvedAxis, package_covariance
 from ams.solve.residual_curvature import residual_curvature
 from ams.solve.usable_replications import standing_rows
-from ams.solve.whole_plots import visit_warnings, visits_of
-from ams.units import dof_words
 
 _LARGE_CONDITION = 1e4
 """Of the basis, its columns scaled: uncertainties are then so much larger than the noise that it is said."""
-_LONGEST_LIST = 8
-"""Points that a sentence lists; more are "…"."""
 _LIKE_SEATS: Final[frozenset[FindingKind]] = frozenset({"axis-contradicted", "rate-undeclared", "wrong-dwell"})
 """What leaves residuals that follow the rates as well, and is told already."""
 _OF_DESIGN = ("replication", "point", "pitch_rad", "roll_rad", "yaw_rad", "time_s", "temperature_degc")
@@ -120,11 +118,12 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
             names = choices[label].model.primary_names
             parts[label] = SolvedAxis(label, names, solved.components, row, shared[label])
     fitted = choices[labels[0]].model  # temperature is modelled alike of every axis
-    warnings = (*left_out, *_layout_warnings(layout, rows), *curvature_warnings(rows, fitted))
+    warnings = (*left_out, *layout_warnings(layout, rows), *curvature_warnings(rows, fitted))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     solved_axes = {label: axes[label] for label in labels}
     handed = handedness(solved_axes, request.declared) if base.convention == "TP" else ()
-    remarks = (*handed, *bend_remarks(rows, fitted))
+    hidden = hidden_in_step(rows, layout, groups[0][1].problem.form.basis) if base.convention == "TP" else ()
+    remarks = (*handed, *bend_remarks(rows, fitted), *hidden)
     return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
 
 
@@ -376,24 +375,3 @@ def _axis_remarks(label: str, model: Model) -> tuple[str, ...]:
         f"axis {label}: the offset holds at the reference time, time_s = {model.reference_s:.0f} s "
         "(the middle of the run); its drift is stated and never applied",
     )
-
-
-def few_replications(replications: int) -> Iterator[str]:
-    """Yield what is held against two or three replications; nothing for more."""
-    if replications in (2, 3):
-        yield (
-            f"{replications} replications only: intervals rest on {dof_words(replications - 1)} and are wide; four or "
-            "more make them much narrower"
-        )
-
-
-def _layout_warnings(layout: Layout, rows: Observations) -> Iterator[str]:
-    if layout.replications == 1:
-        yield "one replication only: precision, lack of fit and drift cannot be told apart; measure two or more"
-    yield from few_replications(layout.replications)
-    for label, points in layout.missing().items():
-        some = ", ".join(map(str, points[:_LONGEST_LIST])) + (" …" if len(points) > _LONGEST_LIST else "")
-        yield f"replication {label} lacks {len(points)} of {layout.points} points ({some}): used as it is"
-    visits = visits_of(rows)
-    if visits is not None:
-        yield from visit_warnings(layout, visits)

@@ -7,7 +7,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from ams.calibration.calibrate import few_replications
+from ams.calibration.layout_warnings import few_replications
 from ams.parameter_words import words_of
 from ams.units import ARCSEC_PER_DEG, small_unit
 from procedures.check.candidate import Candidate, Comparison

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import gcd
 from typing import Final
 
+from ams.calibration.together.in_step_hidden import PASSES_FOR_TERMS, in_step_correlation
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
@@ -20,11 +21,12 @@ from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import DesignFigures, Forecast
 from procedures.kinds.recommendations import recommendations
 from procedures.plan.designs import DesignPoint
-from procedures.plan.drift_bias import TIME_CONFOUNDED, drift_bias, in_step_correlation, time_correlation
+from procedures.plan.drift_bias import drift_bias, time_correlation
 from procedures.plan.judged_design import judge_design
 from procedures.plan.order import SHUFFLED
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
+from procedures.plan.specific_force import columns_of
 from procedures.records.declared_gaps import thermometer_remarks, undeclared_references
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
@@ -257,8 +259,8 @@ def _advice_on_what_comes_back(plan: Plan) -> Iterator[str]:
     """Tell where what is alike in every replication passes for terms of the model."""
     if plan.order in SHUFFLED or plan.replications == 1:
         return
-    share = in_step_correlation(*_first_replication(plan))
-    if share >= TIME_CONFOUNDED:
+    share = in_step_correlation(columns_of(*_first_replication(plan)))
+    if share >= PASSES_FOR_TERMS:
         yield (
             f'the order "{plan.order}" is the same in every replication: what comes back with each (hum of the mains '
             "that beats with the readings, a chamber or an air conditioning that cycles) can go with offset and "

@@ -1,11 +1,8 @@
-"""What a disturbance inside the replications leaves in the parameters: a linear drift, and what comes back in each.
+"""What a linear drift inside the replications leaves in the parameters.
 
 A drift of one volt over a replication, none in its middle, is fitted by least squares as if it were the sensor: what
 the parameters take of it is their bias, order by order. Forward-reverse visits every attitude at two times that are
 symmetric about the middle, and leaves nothing.
-
-What has a replication, a half or a third of it for its period is the same in every replication where the order is: how
-much of such a wave goes with the terms of the model is what no test sees of it, and no scatter holds.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,8 +20,6 @@ COMPARED: tuple[Order, ...] = ("there-and-back", "forward-reverse", "neighbours"
 TIME_CONFOUNDED = 0.5
 """Correlation of time with a term of the model from which on a drift is said to pass for it."""
 _SEED = 0
-_PERIODS = (1, 2, 3)
-"""In a replication, of what comes back in each."""
 
 
 def drift_bias(model: Model, design: Design, nominal_v_per_g: float) -> dict[str, Mapping[str, float]]:
@@ -54,16 +49,3 @@ def time_correlation(model: Model, points: Sequence[DesignPoint], nominal_v_per_
     kept = length > 1e-9 * length.max()
     with_time = np.abs(time @ varying[:, kept]) / (np.linalg.norm(time) * length[kept])
     return float(with_time.max(initial=0.0))
-
-
-def in_step_correlation(model: Model, points: Sequence[DesignPoint], nominal_v_per_g: float) -> float:
-    """Return the largest correlation of what comes back in every replication with the terms of the model.
-
-    Over all phases of one, two and three periods in the order of ``points``, which is that of every replication.
-    """
-    terms = columns_of(model, points, nominal_v_per_g)
-    left, sizes, _ = np.linalg.svd(terms / np.linalg.norm(terms, axis=0).clip(1e-300), full_matrices=False)
-    spanned = left[:, sizes > 1e-9 * sizes.max()]
-    phase = 2.0 * np.pi * np.arange(len(points)) / len(points)
-    waves = [np.linalg.qr(np.stack([np.cos(n * phase), np.sin(n * phase)], axis=1))[0] for n in _PERIODS]
-    return max(float(np.linalg.norm(spanned.T @ wave, 2)) for wave in waves)

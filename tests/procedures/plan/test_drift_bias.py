@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 
 from ams.calibration.calibrate import calibrate
+from ams.calibration.together.in_step_hidden import in_step_correlation
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import PitchRoll
 from ams.observations import Observations
 from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
-from procedures.plan.drift_bias import COMPARED, drift_bias, in_step_correlation
+from procedures.plan.drift_bias import COMPARED, drift_bias
 from procedures.plan.order import sequence, visits
+from procedures.plan.specific_force import columns_of
 
 GRID = full_grid(np.arange(-60.0, 61.0, 15.0).tolist(), np.arange(-180.0, 180.0, 30.0).tolist())
 
@@ -69,6 +71,6 @@ def test_what_comes_back_in_each_replication_goes_with_the_model_by_the_worst_ph
             wave = np.cos(periods * at + phase)
             left = wave - terms @ np.linalg.lstsq(terms, wave, rcond=None)[0]
             largest = max(largest, float(np.sqrt(1.0 - left @ left / (wave @ wave))))
-    found = in_step_correlation(PitchRoll("x"), visited, 2.5)
+    found = in_step_correlation(columns_of(PitchRoll("x"), visited, 2.5))
     assert found == pytest.approx(largest, abs=1e-3)
     assert (found > 0.95) is (order in ("there-and-back", "forward-reverse"))
