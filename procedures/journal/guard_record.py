@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from rig.guard.ask import FORMAT
+from rig.guard.outcomes import STOOD, STOP_SENT
 from rig.guard.stop_guard import RECORD
 from rig.local_time import text_at_both
 
 EVENT = "stop_guard"
+AIMED = f"{STOP_SENT} at "
 
 
 def read_guard_record(run_dir: Path) -> Mapping[str, Any] | None:
@@ -34,5 +36,8 @@ def guard_sentence(document: Mapping[str, Any]) -> str:
     missed = [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith("NOT")]
     moving = f"{' and '.join(document['moving'])} could move" if document["moving"] else "every axis stood"
     text = f"stop guard, {text_at_both(str(document.get('stopped_utc')))}: {document.get('why')} while {moving}"
-    text += "; every axis was told to stop"
+    which = "every axis that could move" if STOOD in axes.values() else "every axis"
+    text += f"; {which} was told to stop"
+    if aimed := [f"{name}: {outcome}" for name, outcome in sorted(axes.items()) if outcome.startswith(AIMED)]:
+        text += f" ({'; '.join(aimed)})"
     return f"{text}, but {'; '.join(missed)}; use the stop button at the machine" if missed else text

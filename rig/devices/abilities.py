@@ -5,7 +5,7 @@ only through the :class:`Wait` that it is given: that is how a stop reaches it w
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -160,11 +160,15 @@ class Watchdog(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ServoAim:
-    """The position that a servo controller answers becomes the servo's target."""
+    """How a servo is sent to where it is, by who has its line alone: its controller is asked for its pulse."""
 
     channel: int
     device: int | None
     has_crc: bool
+    limits: tuple[int, int]
+    """Of the channel's pulse, quarter-microseconds: nothing beyond is sent."""
+    patience_s: float
+    """The longest that an answer takes: so long the line must be silent before it is asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,17 +179,13 @@ class StopStep:
     pause_s: float = 0.0
     """Silence behind them."""
     aim: ServoAim | None = None
-    """Where ``send`` is a question whose answer becomes the order."""
+    """What ends the motion where ``send`` only slows it."""
 
     def document(self) -> dict[str, object]:
         """Return it as the stop guard reads it."""
         document: dict[str, object] = {"send": self.send.hex(), "pause_s": self.pause_s}
         if self.aim is not None:
-            document["aim"] = {
-                "channel": self.aim.channel,
-                "device": self.aim.device,
-                "has_crc": self.aim.has_crc,
-            }
+            document["aim"] = asdict(self.aim)
         return document
 
 
@@ -197,6 +197,19 @@ class Stoppable(Protocol):
 
     def stop_steps(self) -> Sequence[StopStep]:
         """Return what stops it, in order; harmless when it is at rest and when it is sent again."""
+
+
+@runtime_checkable
+class AimedStop(Protocol):
+    """An axis that is stopped by being sent to where it is: an answer that is off its way must not send it there."""
+
+    name: str
+
+    def stop_way(self, target_deg: float) -> tuple[int, int] | None:
+        """Return from where to where an order to ``target_deg`` moves it now, in the units of its :class:`ServoAim`.
+
+        None where it is not known where it is.
+        """
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,129 +17,23 @@ Source: Pololu Maestro user's guide, pages 27, 32, 39, 42, 43, 52 to 58.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
-from typing import Annotated, Literal, TypeVar
-
-from pydantic import Field, field_validator, model_validator
+from typing import TypeVar
 
 from rig.clock import Clock
-from rig.description.device_settings import COMMANDED, AxisSettings, Positive, WatchdogSeconds
 from rig.devices import rates
 from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
+from rig.devices.maestro_settings import MaestroSettings, refuse_speed, speed_units
 from rig.devices.targets import check_target, nearest_step, require_home
 from rig.devices.watchdog import prove
-from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
+from rig.errors import DeviceFault, DeviceNonsense
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
-from rig.toml_file import as_tuple
 from rig.wire import maestro as wire
 from rig.wire.maestro import Errors, MaestroCodec, Request
 from rig.wire.pulses import PulseCalibration
 
 _STOPPED = 1
 Reply = TypeVar("Reply")
-
-
-class MaestroSettings(AxisSettings):
-    """``driver = "maestro"``. ``axis`` is the servo's channel, from 0."""
-
-    driver: Literal["maestro"]
-    axis: Annotated[int, Field(ge=0, le=23)] = 0
-    model: Literal["micro", "mini"] = "micro"
-    points: tuple[tuple[float, float], ...]
-    """Calibration: pairs [pulse_us, table angle in degrees], two or more."""
-    pulse_limits_us: tuple[Positive, Positive] = (992.0, 2000.0)
-    """The controller's own limits of this channel: beyond them it would silently stop short."""
-    acceleration: Annotated[int, Field(ge=0, le=255)] = 0
-    """In 0.25 µs per 10 ms per 80 ms; 0 is unlimited."""
-    period_ms: Annotated[int, Field(ge=3, le=20)] = 20
-    """Pulse period; on a Mini with another than 20 ms the units of speed and acceleration follow it."""
-    device_number: Annotated[int, Field(ge=0, le=127)] | None = None
-    """Number for the Pololu form; without it the compact form is sent."""
-    crc: bool = False
-    """Whether the controller is set to expect a CRC."""
-    home_deg: float = 0.0
-    """Attitude that :meth:`MaestroAxis.home` goes to."""
-    detect_baud: bool = False
-    """The controller is in the mode "UART, detect baud rate": every command has the Pololu form, whose first byte
-    tells it the rate; to device 12 where ``device_number`` is left out. That byte alone is never sent: a controller
-    that knows its rate would take it for an unfinished command, an error, and send every servo home."""
-    baud_rate: Literal[9600, 19200, 38400, 57600, 115200] = 9600
-    watchdog_s: WatchdogSeconds | None = None
-    """The serial time-out as set in the controller; without one the servos stay where they were sent last."""
-    reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
-
-    @property
-    def home_attitude_deg(self) -> float:
-        return self.home_deg
-
-    @property
-    def addressed_device(self) -> int | None:
-        """Device number that commands carry; None for the compact form."""
-        return wire.DEFAULT_DEVICE if self.device_number is None and self.detect_baud else self.device_number
-
-    @field_validator("points", mode="before")
-    @classmethod
-    def _pairs(cls, value: object) -> object:
-        return tuple(as_tuple(pair) for pair in value) if isinstance(value, list | tuple) else value
-
-    @field_validator("pulse_limits_us", mode="before")
-    @classmethod
-    def _limits(cls, value: object) -> object:
-        return as_tuple(value)
-
-    @model_validator(mode="after")
-    def _reachable(self) -> "MaestroSettings":
-        calibration = PulseCalibration(self.points)
-        low_us, high_us = self.pulse_limits_us
-        for attitude_deg in self.limits_deg:
-            pulse_us = calibration.pulse_us(self.table_deg(attitude_deg))
-            if not low_us <= pulse_us <= high_us:
-                raise ValueError(
-                    f"limits_deg reach {attitude_deg:g}°, a pulse of {pulse_us:g} µs,"
-                    f" allowed {low_us:g} to {high_us:g} µs (pulse_limits_us)"
-                )
-        if speed_units(self, calibration) < 1.0:
-            slowest_dps = self.speed_dps / speed_units(self, calibration)
-            raise ValueError(
-                f"speed_dps is {self.speed_dps:g}, but one unit of the servo's speed is {slowest_dps:.3g} °/s"
-            )
-        return self
-
-    @property
-    def speed_range_dps(self) -> tuple[float, float]:
-        unit_dps = self.speed_dps / speed_units(self, PulseCalibration(self.points))
-        return unit_dps, unit_dps * wire.HIGHEST_NUMBER
-
-    @property
-    def turning(self) -> Literal["no", "revolves", "sweeps"]:
-        return "sweeps"
-
-    def remarks(self) -> tuple[str, ...]:
-        return (f"the pulse that it reads back is {COMMANDED}",)
-
-    def refuse_rate(self, name: str, rate_dps: float) -> None:
-        refuse_speed(name, self, rate_dps)
-
-
-def refuse_speed(name: str, settings: MaestroSettings, rate_dps: float) -> None:
-    """Refuse a rate below one unit of speed, the controller's smallest.
-
-    Raises: RequestRefused.
-    """
-    rates.check_rate(name, rate_dps, settings.speed_dps)
-    units = speed_units(settings, PulseCalibration(settings.points), abs(rate_dps))
-    if round(units, 6) < 1.0:
-        raise RequestRefused(
-            f"{name}: cross at {rate_dps:g} °/s: one unit of the servo's speed is {abs(rate_dps) / units:.3g} °/s;"
-            " nothing moved; ask for that or more"
-        )
-
-
-def speed_units(settings: MaestroSettings, calibration: PulseCalibration, rate_dps: float | None = None) -> float:
-    """Return the controller's units of speed for a rate, by default ``speed_dps``, where the servo turns farthest."""
-    rate_dps = settings.speed_dps if rate_dps is None else rate_dps
-    quarters_per_s = rate_dps * calibration.smallest_us_per_deg * wire.QUARTERS_PER_US
-    return quarters_per_s * wire.unit_s(settings.period_ms)
 
 
 class MaestroController:
@@ -250,6 +144,10 @@ class MaestroAxis:
         self._speed = math.floor(speed_units(settings, self._calibration))
         self.top_rate_dps = settings.speed_dps
         self._target: int | None = None
+        self._way: tuple[int, int] | None = None
+        """Of the last order; None where it was not known where the servo was."""
+        self._seen: int | None = None
+        """Its last position; None before the first."""
         self._trusted_failures: int | None = None
         """The controller's failures when the servo was homed; None before."""
 
@@ -273,9 +171,7 @@ class MaestroAxis:
         self._start(target_deg, math.floor(speed_units(self._settings, self._calibration, abs(rate_dps)) + 1e-6))
 
     def turn_look(self, clock: Clock) -> TurnLook:
-        return rates.look(
-            lambda: self._attitude_deg(self._controller.position(self._settings.axis, self._index)), clock
-        )
+        return rates.look(lambda: self._attitude_deg(self._ask_position()), clock)
 
     def _start(self, target_deg: float, speed: int) -> None:
         self.check_target(target_deg)
@@ -298,7 +194,7 @@ class MaestroAxis:
 
     def state(self) -> AxisState:
         self._controller.poll_errors()
-        position = self._controller.position(self._settings.axis, self._index)
+        position = self._ask_position()
         failed = self._trusted_failures is not None and self._trusted_failures != self._controller.failures
         return AxisState(
             position_deg=self._attitude_deg(position),
@@ -311,20 +207,32 @@ class MaestroAxis:
         )
 
     def stop(self) -> None:
-        """Make the pulse that is sent now the target."""
-        position = self._controller.position(self._settings.axis, self._index)
-        if position not in (0, self._target):
-            self._target = position
-            self._controller.tell(wire.set_target(self._settings.axis, position))
+        """Make the pulse that is sent now the target. It is asked twice, where it is not at its target.
+
+        A digit of one answer that the line turned over moves no servo: that answer is off its way, or the other one is
+        of the target. A servo that really left its way says so both times, and is stopped where it is.
+        """
+        looks = list[int]()
+        for _ in range(2):
+            position = self._ask_position()
+            if position in (0, self._target):
+                return
+            looks.append(position)
+        lowest, highest = wire.within_way(self._way or looks, self._settings.pulse_limit_quarters)
+        self._target = ([position for position in looks if lowest <= position <= highest] or looks)[-1]
+        self._controller.tell(wire.set_target(self._settings.axis, self._target))
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """Return the question whose answer becomes the target: a servo has no other stop."""
-        codec, channel = self._controller.codec, self._settings.axis
-        question = codec.encode(wire.get_position(channel))
-        return (StopStep(question, aim=ServoAim(channel, codec.device, codec.has_crc)),)
+        """Return its lowest speed, and how it is asked where it is: a servo has no stop but to be sent there."""
+        codec, channel, patience_s = self._controller.codec, self._settings.axis, self._settings.reply_timeout_s
+        aim = ServoAim(channel, codec.device, codec.has_crc, self._settings.pulse_limit_quarters, patience_s)
+        return (StopStep(codec.encode(wire.set_speed(channel, wire.LOWEST_SPEED)), aim=aim),)
+
+    def stop_way(self, target_deg: float) -> tuple[int, int] | None:
+        return None if self._seen in (None, 0) else (self._seen, self._steps(target_deg))
 
     def home_mark(self) -> Mapping[str, float]:
-        return {"pulse": float(self._controller.position(self._settings.axis, self._index))}
+        return {"pulse": float(self._ask_position())}
 
     def resume_home(self, mark: Mapping[str, float], away_s: float) -> str:  # noqa: ARG002 pulses tell no time
         """Trust the position that was left where nothing happened to the servo; else return why not.
@@ -333,7 +241,7 @@ class MaestroAxis:
         """
         failures = self._controller.failures
         self._controller.poll_errors()
-        position = self._controller.position(self._settings.axis, self._index)
+        position = self._ask_position()
         if self._controller.failures != failures:
             return f"the controller reports {wire.error_words(self._controller.errors)}; home it"
         if position != mark["pulse"]:
@@ -359,14 +267,21 @@ class MaestroAxis:
     def _aim(self, target_deg: float, speed: int) -> None:
         """Aim with speed and acceleration every time: a controller that lost power forgot them."""
         channel = self._settings.axis
-        limits = self._quarters(self.limits_deg[0]), self._quarters(self.limits_deg[1])
-        target = nearest_step(self._quarters(target_deg), limits)
-        self._target = target
+        target = self._steps(target_deg)
+        self._way, self._target = self.stop_way(target_deg), target
         self._controller.tell(
             wire.set_speed(channel, speed),
             wire.set_acceleration(channel, self._settings.acceleration),
             wire.set_target(channel, target),
         )
+
+    def _ask_position(self) -> int:
+        self._seen = self._controller.position(self._settings.axis, self._index)
+        return self._seen
+
+    def _steps(self, target_deg: float) -> int:
+        limits = self._quarters(self.limits_deg[0]), self._quarters(self.limits_deg[1])
+        return nearest_step(self._quarters(target_deg), limits)
 
     def _quarters(self, attitude_deg: float) -> float:
         return self._calibration.pulse_us(self._settings.table_deg(attitude_deg)) * wire.QUARTERS_PER_US

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from rig.devices import maestro
-from rig.devices.maestro import MaestroSettings
+from rig.devices.maestro_settings import MaestroSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
 from rig.twins.maestro import ChannelSettings, MaestroTwin
 from rig.twins.twin import Twin

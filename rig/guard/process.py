@@ -7,6 +7,11 @@ record, and, while anything may move, when the engine is frozen
 would go on with a motion that is over. While every axis stands an engine may stall as long as it likes.
 
 Whoever asks through its socket has the axes stopped at once; the engine is told, and ends what it was doing.
+
+A servo has no stop but to be sent to where it is, and that has to be asked. Two that read one line take each other's
+answers, so while the engine lives the guard only tells servos to go at their lowest speed, and the engine stops them;
+when it is dead, or has given the lines back, the guard asks, and sends no servo anywhere by an answer that it does not
+trust (:mod:`rig.guard.servo_stop`), nor one that stood.
 """
 
 import json
@@ -16,9 +21,10 @@ import signal
 import socket
 import subprocess
 import sys
-import termios
 import threading
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,9 +33,10 @@ if not __package__:  # started as a file, without the folders of this environmen
 
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
+from rig.guard.line import LINE_S, QUIET_LIMIT_S, Line
+from rig.guard.outcomes import ENGINE_LIVES, UNASKED, goes_on
 from rig.guard.priority import go_first, step_back
 from rig.guard.process_state import state_of
-from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
 
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
 CLOCK = SystemClock()
@@ -39,105 +46,13 @@ HUNG_S = 120.0
 SUSPENDED_S = 1.0
 TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
-ANSWER_S, LINE_S = 0.3, 2.0
-GIVEN_BACK = -1
+AIMS = 6
+"""Questions to servos of one line that :meth:`Guard.aim_servos` waits for."""
+ENDED_S = 2.0
+"""So long a process may take to be gone when it was killed."""
 GONE = "the engine ended without a word"
 UNENDED = "the engine gave the axes back before the end of its run was on record"
 """It cannot go on as it is, as one without memory or open files; it may still say so on its screen."""
-
-
-class Line:
-    """A line of the engine's: its descriptor, its address where the descriptor is no good any more, its stops."""
-
-    def __init__(self, document: dict[str, Any], descriptor: int) -> None:
-        self.name, self.address = document["name"], document["address"]
-        self.is_escaped = document["is_escaped"]
-        self.axes = document["axes"]
-        self.descriptor = descriptor
-        self.settings: list[Any] | None = None
-        if "://" not in self.address:
-            with suppress(termios.error):
-                self.settings = termios.tcgetattr(descriptor)
-
-    def release(self) -> None:
-        """Give the descriptor back: the engine opens the line anew."""
-        if self.descriptor != GIVEN_BACK:
-            os.close(self.descriptor)
-            self.descriptor = GIVEN_BACK
-
-    def stop_now(self, axes: list[str] | None, outcomes: dict[str, str]) -> bool:
-        """Tell every axis without ever waiting; False where that cannot be: then :meth:`stop` takes its time."""
-        stopped = {axis: steps for axis, steps in self.axes.items() if axes is None or axis in axes}
-        # One pause or one question would keep all other lines from their stop.
-        waits = any("aim" in step or step.get("pause_s", 0.0) for steps in stopped.values() for step in steps)
-        if waits or self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
-            return False
-        try:
-            for steps in stopped.values():
-                self._send_all(steps)
-        except OSError:
-            return False
-        outcomes.update(dict.fromkeys(stopped, "told to stop"))
-        return True
-
-    def stop(self, axes: list[str] | None, outcomes: dict[str, str]) -> None:
-        """Tell every axis of the line, or those; ``outcomes`` gets what became of it by axis."""
-        for axis, steps in self.axes.items():
-            if axes is None or axis in axes:
-                try:
-                    self._stop(steps)
-                    outcomes[axis] = "told to stop"
-                except OSError as error:
-                    outcomes[axis] = f"NOT told to stop: {error}"
-
-    def _stop(self, steps: list[dict[str, Any]]) -> None:
-        if self.descriptor != GIVEN_BACK:
-            with suppress(OSError):
-                self._send_all(steps)
-                return
-        host, _, port = self.address.partition("://")[2].rstrip("/").rpartition(":")
-        if self.address.startswith("socket://"):
-            self.descriptor = socket.create_connection((host.strip("[]"), int(port)), LINE_S).detach()
-        elif "://" not in self.address:
-            self.descriptor = os.open(self.address, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
-            if self.settings is not None:
-                termios.tcsetattr(self.descriptor, termios.TCSANOW, self.settings)
-        else:
-            raise OSError("the line is lost")
-        self._send_all(steps)
-
-    def _send_all(self, steps: list[dict[str, Any]]) -> None:
-        for step in steps:
-            data = bytes.fromhex(step["send"])
-            if "aim" in step:
-                data = self._aimed(data, step["aim"])
-            self._write(data)
-            CLOCK.sleep(step.get("pause_s", 0.0))
-
-    def _aimed(self, question: bytes, aim: dict[str, Any]) -> bytes:
-        """Return the order that makes a servo's present position its target."""
-        for _ in range(TIMES):
-            # An answer that the engine had asked for would be taken for the position.
-            while select.select([self.descriptor], [], [], 0.0)[0] and os.read(self.descriptor, 4096):
-                pass
-            self._write(question)
-            answer, until_s = b"", CLOCK.monotonic_s() + ANSWER_S
-            while len(answer) < 2 and (left_s := until_s - CLOCK.monotonic_s()) > 0.0:
-                if select.select([self.descriptor], [], [], left_s)[0]:
-                    answer += os.read(self.descriptor, 2 - len(answer))
-            position = decode_word(answer)
-            if len(answer) == 2 and 0 < position <= HIGHEST_NUMBER:
-                return MaestroCodec(aim["device"], aim["has_crc"]).encode(set_target(aim["channel"], position))
-        raise OSError("the controller does not say where the servo is")
-
-    def _write(self, data: bytes) -> None:
-        if self.is_escaped:
-            # Telnet takes a lone 0xFF for the beginning of a command (RFC 854).
-            data = data.replace(b"\xff", b"\xff\xff")
-        while data:
-            if not select.select([], [self.descriptor], [], LINE_S)[1]:
-                raise OSError("the line takes no bytes")
-            data = data[os.write(self.descriptor, data) :]
 
 
 class Guard:
@@ -149,6 +64,8 @@ class Guard:
         self.start = start
         self.lines: list[Line] = []
         self.moving: list[str] = []
+        self.ways: dict[str, list[int]] = {}
+        """From where to where the last order moves a servo, by axis, in quarter-microseconds."""
         self.record: str = start["record"]
         self.seen_s = CLOCK.monotonic_s()
         self.asleep_s = asleep_s()
@@ -187,12 +104,13 @@ class Guard:
         while True:
             ends = [self.channel, *self.callers] + ([self.listener] if self.listener else [])
             ready, _, _ = select.select(ends, [], [], LOOK_S if self.moving else IDLE_S)
+            # First: what moves is known before somebody has it stopped.
+            if self.channel in ready and not self.hear():
+                return
             for caller in [end for end in ready if end in self.callers]:
                 self.serve(caller)
             if self.listener in ready:
                 self.accept()
-            if self.channel in ready and not self.hear():
-                return
             if why := self.why_stop():
                 self.stop_for_good(why)
                 return
@@ -218,6 +136,7 @@ class Guard:
                 for _ in range(TIMES if self.moving else 0):
                     self.stop_axes()
                     CLOCK.sleep(AGAIN_S)
+                self.aim_servos({})
                 return False
             if "lines" in message:
                 self.take(message["lines"])
@@ -225,6 +144,7 @@ class Guard:
                 for held in self.lines:
                     held.release()
             self.moving = message.get("moving", self.moving)
+            self.ways = message.get("ways", self.ways)
         with suppress(OSError):
             self.channel.send(b"{}\n", socket.MSG_DONTWAIT)
         return True
@@ -258,15 +178,27 @@ class Guard:
         Each of the others in a thread of its own: one that takes no bytes keeps no other from its stop.
         """
         outcomes: dict[str, str] = {}
-        left = [line for line in self.lines if not line.stop_now(axes, outcomes)]
-        threads = [threading.Thread(target=line.stop, args=(axes, outcomes), daemon=True) for line in left]
-        for thread in threads:
-            thread.start()
-        until_s = CLOCK.monotonic_s() + 2.0 * LINE_S
-        for thread in threads:
-            thread.join(max(until_s - CLOCK.monotonic_s(), 0.0))
+        left = [line for line in self.lines if not line.stop_now(axes, self.moving, outcomes)]
+        at_once([partial(line.stop, axes, self.moving, outcomes) for line in left], 2.0 * LINE_S)
         silent = [axis for line in self.lines for axis in line.axes if axes is None or axis in axes]
         return {axis: outcomes.get(axis, "NOT told to stop: its line takes no bytes") for axis in silent}
+
+    def aim_servos(self, outcomes: dict[str, str]) -> None:
+        """Send the servos that may move to where they are; only when no engine reads the lines any more."""
+        aimed = [line for line in self.lines if line.aims(self.moving)]
+        ways = {axis: way for axis, way in self.ways.items() if axis in self.moving}
+        patience_s = max((aim["patience_s"] for line in aimed for aim in line.aims(self.moving).values()), default=0.0)
+        limit_s = QUIET_LIMIT_S + AIMS * (patience_s + LINE_S)
+        servos = [axis for line in aimed for axis in line.aims(self.moving)]
+        outcomes.update(dict.fromkeys(servos, goes_on(UNASKED)))
+        at_once([partial(line.aim, self.moving, ways, outcomes) for line in aimed], limit_s)
+
+    def is_engine_ended(self) -> bool:
+        """Return whether the process is gone that was killed."""
+        until_s = CLOCK.monotonic_s() + ENDED_S
+        while os.getppid() == self.engine and CLOCK.monotonic_s() < until_s:
+            CLOCK.sleep(LOOK_S / 10.0)
+        return os.getppid() != self.engine
 
     def stop_for_good(self, why: str) -> None:
         moving, stopped_utc = self.moving, CLOCK.now_utc().isoformat(timespec="seconds")
@@ -279,6 +211,11 @@ class Guard:
         for _ in range(TIMES - 1):
             CLOCK.sleep(AGAIN_S)
             outcomes = self.stop_axes()
+        if why == UNENDED or self.is_engine_ended():
+            self.aim_servos(outcomes)
+        else:
+            servos = [axis for line in self.lines for axis in line.aims(moving)]
+            outcomes.update(dict.fromkeys(servos, goes_on(ENGINE_LIVES)))
         document = {
             "format": FORMAT,
             "stopped_utc": stopped_utc,
@@ -337,7 +274,8 @@ class Guard:
         axes = names.split("\t") if names else None
         outcomes = self.stop_axes(axes)
         with suppress(OSError):  # at once: it is about to hear the answers to these stops
-            self.channel.send(json.dumps({"stop": by[:200]}).encode() + b"\n", socket.MSG_DONTWAIT)
+            message = {"stop": by[:200], "told": outcomes}
+            self.channel.send(json.dumps(message).encode() + b"\n", socket.MSG_DONTWAIT)
         threading.Thread(target=self.answer, args=(caller, axes, outcomes), daemon=True).start()
 
     def answer(self, caller: socket.socket, axes: list[str] | None, outcomes: dict[str, str]) -> None:
@@ -354,6 +292,16 @@ class Guard:
         if self.registered:
             with suppress(OSError):
                 os.unlink(self.registered)
+
+
+def at_once(tasks: list[Callable[[], None]], limit_s: float) -> None:
+    """Do each in a thread of its own, and wait for all of them together no longer than that."""
+    threads = [threading.Thread(target=task, daemon=True) for task in tasks]
+    for thread in threads:
+        thread.start()
+    until_s = CLOCK.monotonic_s() + limit_s
+    for thread in threads:
+        thread.join(max(until_s - CLOCK.monotonic_s(), 0.0))
 
 
 def asleep_s() -> float:

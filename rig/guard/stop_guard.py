@@ -17,6 +17,7 @@ from typing import Any
 from rig.clock import Clock
 from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
+from rig.guard.outcomes import SLOWED, STOOD, STOP_SENT
 from rig.guard.process_state import state_of
 from rig.system_parts import module_here
 
@@ -70,6 +71,7 @@ class StopGuard:
         self._process: subprocess.Popen[bytes] | None = None
         self._pending = b""
         self._moving: list[str] = []
+        self._ways: dict[str, tuple[int, int]] = {}
         self._ring: tuple[str, ...] = ()
         self._owes_end = False
         self._beaten_s = self._heard_s = self._resumed_s = 0.0
@@ -114,10 +116,12 @@ class StopGuard:
                 if self._channel is not None:
                     select.select([self._channel], [], [], RELEASE_S)
 
-    def expect_motion(self, moving: Sequence[str]) -> None:
-        """Before anything is told to move: a guard must be there."""
+    def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None:
+        """Before anything is told to move: a guard must be there, and know the ways of :class:`AimedStop`."""
         with self._turn:
             self.begin()
+            if self._ways != ways:
+                self._ways, self._moving = dict(ways), []
             self.beat(moving)
 
     def begin(self) -> None:
@@ -134,7 +138,7 @@ class StopGuard:
             now_s = self._clock.monotonic_s()
             if list(moving) != self._moving:
                 self._moving = list(moving)
-                self._send({"moving": self._moving})
+                self._send({"moving": self._moving, "ways": self._ways})
             elif now_s - self._beaten_s >= BEAT_S:
                 self._send({})
             else:
@@ -243,9 +247,7 @@ class StopGuard:
                     self._refuse_unlisted(message["unlisted"])
                     return
                 if (by := message.get("stop")) is not None:
-                    self._trouble = WaitEnded(
-                        "the stop guard stopped the axes at once", by or "somebody without a name"
-                    )
+                    self._trouble = WaitEnded(_stop_words(message["told"]), by or "somebody without a name")
         silent_s = now_s - self._heard_s
         # It answers beats alone: before the first beat after a pause of ours its silence says nothing.
         if self._channel is None or silent_s <= FROZEN_S or now_s - self._beaten_s >= DEAF_S / 2.0:
@@ -280,3 +282,14 @@ class StopGuard:
             f"the stop guard (process {self.pid}) {what}: nobody would stop the axes if this program died; they were"
             " told to stop; find out what ended it, or what keeps this computer so busy"
         )
+
+
+def _stop_words(outcomes: Mapping[str, str]) -> str:
+    """Return what the guard sent, as a reason: that the axes stand is for who looks at them to say."""
+    words = "the stop guard told the axes to stop at once"
+    if slowed := [axis for axis, outcome in sorted(outcomes.items()) if outcome == SLOWED]:
+        words += f", and {' and '.join(slowed)} to go at the lowest speed until this program stopped it"
+    missed = [
+        f"{axis}: {outcome}" for axis, outcome in sorted(outcomes.items()) if outcome not in (STOP_SENT, STOOD, SLOWED)
+    ]
+    return f"{words} ({'; '.join(missed)})" if missed else words

@@ -15,7 +15,7 @@ from rig.clock import Clock
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
 from rig.devices.cable import CableGuard
-from rig.devices.maestro import MaestroSettings
+from rig.devices.maestro_settings import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
 from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceFault, RequestRefused, RigError

@@ -7,14 +7,14 @@ that moves is stopped and :class:`rig.errors.MotionBreach` is raised, which nobo
 A command that the line altered may reach another axis: while one moves, those that should stand are looked at too.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from threading import RLock
 from typing import Any, Protocol, TypeVar
 
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, TurnLook, Wait
+from rig.devices.abilities import AimedStop, Axis, AxisState, TurnLook, Wait
 from rig.errors import DeviceRefused, DeviceSilent, LinkLost, MotionBreach, RequestRefused, RigError
 from rig.motion.expectation import (
     Bounds,
@@ -48,8 +48,8 @@ Answer = TypeVar("Answer")
 class Warden(Protocol):
     """Who stops the axes when this process cannot: the stop guard."""
 
-    def expect_motion(self, moving: Sequence[str]) -> None:
-        """Before anything is told to move."""
+    def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None:
+        """Before anything is told to move. ``ways``: of :class:`AimedStop`, by axis, where they are known."""
 
     def beat(self, moving: Sequence[str]) -> None:
         """Give a sign of life, and say what is not known to stand."""
@@ -72,6 +72,7 @@ class Supervisor:
         self._warden = warden
         self.memory = memory or MotionMemory()
         self._axes: dict[str, SupervisedAxis] = {}
+        self._ways: dict[str, tuple[int, int]] = {}
 
     def supervise(self, axis: Axis, home_deg: float = 0.0, line: str = "") -> "SupervisedAxis":
         """Return the axis as everybody else may have it. ``home_deg``: where a home search ends.
@@ -100,10 +101,13 @@ class Supervisor:
                     if shares_line and moving.is_under_way and isinstance(error, DeviceSilent | LinkLost):
                         raise
 
-    def expect_motion(self, starting: "SupervisedAxis") -> None:
-        """See that a guard is there. Raises: GuardLost, WaitEnded."""
+    def expect_motion(self, starting: "SupervisedAxis", way: tuple[int, int] | None) -> None:
+        """See that a guard is there. ``way``: of :class:`AimedStop`. Raises: GuardLost, WaitEnded."""
         if self._warden is not None:
-            self._warden.expect_motion(sorted({*self._not_standing(), starting.name}))
+            self._ways.pop(starting.name, None)
+            if way is not None:
+                self._ways[starting.name] = way
+            self._warden.expect_motion(sorted({*self._not_standing(), starting.name}), self._ways)
             self._heed()
 
     def beat(self, seen: "SupervisedAxis") -> None:
@@ -216,7 +220,7 @@ class SupervisedAxis:
     def start_move(self, target_deg: float) -> None:
         """As of the axis. Raises also: MotionBreach."""
         self._axis.check_target(target_deg)
-        self._before_start()
+        self._before_start(target_deg)
         # Expected before it is sent: a start that raises may have been heard, and only what is under way is stopped.
         self._expect(expecting_move(self._watched, target_deg, self.speed_dps), f"move to {target_deg:g}°")
         self._start(lambda: self._axis.start_move(target_deg), target_deg)
@@ -230,7 +234,7 @@ class SupervisedAxis:
         except RigError:
             pass  # one in alarm is homed all the same
         self._supervisor.look_at_others(self, only_unknown=True)
-        self._supervisor.expect_motion(self)
+        self._supervisor.expect_motion(self, self._way(self._declared.home_deg))
         task = self._watched.task
         had_zero = isinstance(task, Standing) and task.is_homed
         self._expect(replace(self._watched, task=Homing(had_zero=had_zero)), "search its home")
@@ -293,7 +297,7 @@ class SupervisedAxis:
 
     def _start_sweep(self, target_deg: float, rate_dps: float) -> None:
         self._axis.check_target(target_deg)
-        self._before_start()
+        self._before_start(target_deg)
         task = f"move to {target_deg:g}° at {abs(rate_dps):g} °/s"
         self._expect(expecting_move(self._watched, target_deg, abs(rate_dps)), task)
         self._start(lambda: self._axis.start_sweep(target_deg, rate_dps), target_deg)
@@ -356,13 +360,18 @@ class SupervisedAxis:
         if not self._supervisor.is_stopped_past_us():
             memory.answered(self.name)
 
-    def _before_start(self) -> None:
+    def _way(self, target_deg: float | None) -> tuple[int, int] | None:
+        if target_deg is None or not isinstance(self._axis, AimedStop):
+            return None
+        return self._axis.stop_way(target_deg)
+
+    def _before_start(self, target_deg: float | None = None) -> None:
         """Where it starts from must be known, and where the others stand."""
         if isinstance(self._watched.task, Unknown | Stopping):
             self.look(must_stand=True)
         self._supervisor.look_at_others(self, only_unknown=True)
         # Last: a look may wait for a silent line, and who asked for a stop meanwhile is heeded before a byte goes.
-        self._supervisor.expect_motion(self)
+        self._supervisor.expect_motion(self, self._way(target_deg))
 
     def _remember(self, seen: Seen | None) -> None:
         """Note a look for who has to know of it when no further one is possible."""

@@ -8,14 +8,14 @@ from typing import Any, cast
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, RateAxis, StopStep
+from rig.devices.abilities import Axis, RateAxis, ServoAim, StopStep
 from rig.drivers.twin_lines import twin_lines
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
 from rig.twins.motion import AxisBody
 from rig.twins.twin import Twin
 from rig.twins.world import World
-from rig.wire.maestro import HIGHEST_NUMBER, MaestroCodec, decode_word, set_target
+from rig.wire.maestro import MaestroCodec, aim_questions, decode_aim, set_target
 
 ANSWER_S = 0.3
 
@@ -103,21 +103,22 @@ class AxisBench:
     def send(self, steps: tuple[StopStep, ...]) -> None:
         """Send what the stop guard would, as it does: nobody takes the answers."""
         for step in steps:
-            self.line.write(self._aimed(step) if step.aim else step.send)
+            self.line.write(step.send)
             self.clock.sleep(step.pause_s)
+            if step.aim is not None:
+                self.line.write(self._aimed(step.aim))
 
     def reconnect(self) -> None:
         """Be the next session: drivers that remember nothing."""
         self.clock.sleep(1.0)
         self.rig.reconnect()
 
-    def _aimed(self, step: StopStep) -> bytes:
-        assert step.aim is not None
+    def _aimed(self, aim: ServoAim) -> bytes:
+        codec = MaestroCodec(aim.device, aim.has_crc)
         self.line.discard_input()
-        self.line.write(step.send)
-        position = decode_word(self.line.read(self.clock.monotonic_s() + ANSWER_S))
-        assert 0 < position <= HIGHEST_NUMBER
-        return MaestroCodec(step.aim.device, step.aim.has_crc).encode(set_target(step.aim.channel, position))
+        self.line.write(b"".join(codec.encode(request) for request in aim_questions(aim.channel)))
+        _, position = decode_aim(self.line.read(self.clock.monotonic_s() + ANSWER_S))
+        return codec.encode(set_target(aim.channel, position))
 
     def _open_line(self, key: str, _open: Callable[[], ByteStream]) -> ByteStream:
         stream = LossyStream(MemoryStream(self._twins[key], self.clock, f"twin of {key}"))

@@ -61,6 +61,7 @@ class ServoChannel:
         self._world = world
         self._servo = servo
         self._pulses: Ramp | None = None
+        self._target = 0
 
     def position(self, now_s: float) -> int:
         return 0 if self._pulses is None else round(self._pulses.at(now_s))
@@ -76,6 +77,7 @@ class ServoChannel:
                 self._follow(Ramp(position, position, now_s, math.inf))
             self._pulses = None
             return
+        self._target = target
         aimed = min(max(target, self.settings.low), self.settings.high)
         here = self._pulses
         self._pulses = Ramp(
@@ -89,6 +91,12 @@ class ServoChannel:
             else math.inf,
         )
         self._follow(self._pulses)
+
+    def limit_speed(self, speed: int, now_s: float) -> None:
+        """Limit how fast the output changes (page 57), also of one that is on its way."""
+        self.speed = speed
+        if self._pulses is not None and self.is_moving(now_s):
+            self.aim(self._target, now_s)
 
     def _follow(self, pulses: Ramp) -> None:
         if self._servo is not None:
@@ -212,7 +220,7 @@ class MaestroTwin:
         if output is None:
             return
         if command == wire.SET_SPEED:
-            output.speed = wire.value_of(data[1], data[2])
+            output.limit_speed(wire.value_of(data[1], data[2]), now_s)
         else:
             output.acceleration = wire.value_of(data[1], data[2])
 

@@ -7,8 +7,11 @@ of seven bits; replies are plain little-endian bytes. Targets and positions are 
 Source: Pololu Maestro user's guide, sections 4.e and 5.c to 5.e (pages 39, 42, 43, 52 to 58).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntFlag
+
+from rig.errors import DeviceNonsense
 
 START = 0xAA
 MINI_SSC = 0xFF
@@ -102,6 +105,35 @@ def set_acceleration(channel: int, acceleration: int) -> Request:
 
 def get_position(channel: int) -> Request:
     return Request(GET_POSITION, (channel,))
+
+
+LOWEST_SPEED = 1
+WAY_TOLERANCE = QUARTERS_PER_US
+"""Beyond a way, in quarter-microseconds: the read-back of a servo at either end of it."""
+AIM_ANSWER = 7
+"""Bytes of the answer to :func:`aim_questions`."""
+
+
+def aim_questions(channel: int) -> tuple[Request, ...]:
+    """Return questions whose answers together can be no others': the position twice, marked by the script's state."""
+    mark, position = Request(GET_SCRIPT_STATUS), get_position(channel)
+    return mark, position, mark, position, mark
+
+
+def decode_aim(reply: bytes) -> tuple[int, int]:
+    """Return both positions, quarter-microseconds. Raises: DeviceNonsense for another length or no marks."""
+    if len(reply) != AIM_ANSWER:
+        raise DeviceNonsense(f"its answer has {len(reply)} bytes, need {AIM_ANSWER}")
+    marks = {reply[0], reply[3], reply[6]}
+    if len(marks) != 1 or max(marks) > 1:
+        found = " and ".join(map(str, sorted(marks)))
+        raise DeviceNonsense(f"the marks in its answer are {found}, allowed is one of 0 and 1")
+    return decode_word(reply[1:3]), decode_word(reply[4:6])
+
+
+def within_way(way: Sequence[int], limits: Sequence[int]) -> tuple[int, int]:
+    """Return between which positions a servo on its way may be stopped, inside its channel's limits."""
+    return max(min(way) - WAY_TOLERANCE, limits[0]), min(max(way) + WAY_TOLERANCE, limits[1])
 
 
 @dataclass(frozen=True, slots=True)

@@ -110,6 +110,7 @@ degenerate design""".splitlines(),
     91: "an axis turns when its line is opened",
     92: "somebody switches a motor off",
     93: "the journal is taken away under a run",
+    94: "two read one line of servos",
 }
 HEAD = """# Faults: how each is met
 

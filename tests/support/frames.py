@@ -159,6 +159,7 @@ DECODED = (
     Decoded("indexing_table.TableCodec.decode_command", TABLE.decode_command, b"1 MOVE +010.0000", Move(1, 10.0),
             TABLES, b"0123456789"),
     Decoded("maestro.decode_word", servo.decode_word, bytes.fromhex("70 17"), 6000, MAESTRO, ANY),
+    Decoded("maestro.decode_aim", servo.decode_aim, bytes.fromhex("01 70 17 01 70 17 01"), (6000, 6000), MAESTRO, ANY),
     Decoded("maestro_reader.MaestroReader.take", _heard, bytes.fromhex("84 00 70 2E"), servo.set_target(0, 6000),
             MAESTRO, ANY),
     Decoded("manual.decode", _text(manual.decode), b"pitch: stop; leave the axis as it is", manual.LeaveIt("pitch"),

@@ -10,6 +10,7 @@ from rig.clock import VirtualClock
 from rig.description.device_settings import AxisSettings
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, pi_gcs, rate_table, zaber
 from rig.devices.abilities import Axis
+from rig.devices.maestro_settings import MaestroSettings
 from rig.devices.oriental_az_settings import OrientalAzSettings
 from rig.drivers.driver import DRIVERS as INSTALLED
 from rig.link.byte_stream import ByteStream
@@ -62,7 +63,7 @@ DRIVERS: dict[str, Driver] = {
     "indexing-table": Driver(indexing_table.IndexingTableSettings, indexing_table.connect, {"increment_deg": 1.0}),
     "esp301": Driver(esp301.Esp301Settings, esp301.connect, {}),
     "maestro": Driver(
-        maestro.MaestroSettings,
+        MaestroSettings,
         maestro.connect,
         {"points": [[500.0, -180.0], [2500.0, 180.0]], "pulse_limits_us": [500.0, 2500.0]},
     ),

@@ -67,7 +67,7 @@ def test_a_second_console_does_not_get_a_rig_that_a_page_turns(tmp_path: Path) -
         stopped_s = CLOCK.monotonic_s()
         assert _posted(other, "stop") == (202, True)
         assert bench.late_s(stopped_s) < STOPPED_S + meter.allowance_s
-        page.until("the stop guard stopped the axes at once, asked for by")
+        page.until("the stop guard told the axes to stop at once, asked for by")
         page.until("every axis stands still")
 
 
@@ -139,7 +139,7 @@ def test_a_stop_of_the_shell_is_told_on_the_page_and_the_next_motion_moves(tmp_p
         assert told.returncode == 0, told.stderr
         assert "roll: told to stop" in told.stdout
         bench.late_s(0.0)
-        page.until("the stop guard stopped the axes at once, asked for by")
+        page.until("the stop guard told the axes to stop at once, asked for by")
         page.until("every axis stands still")
         page.release()
         page.hold(5.0)

@@ -83,7 +83,7 @@ def test_a_run_that_was_aborted_through_the_guard_tells_who_asked(tmp_path: Path
     run = UnattendedRun(tmp_path / "run", after={5: ask_the_guard})
     outcome = run_unattended(small, run)
     guard.close()
-    text = f"the stop guard stopped the axes at once (asked for by {named})"
+    text = f"the stop guard told the axes to stop at once (asked for by {named})"
     assert (outcome.state, outcome.reason) == (State.ABORTED, text)
     stands = status(run.run_dir)
     assert (stands.requested_by, stands.why) == (named, text)

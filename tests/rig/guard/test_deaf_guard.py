@@ -29,7 +29,7 @@ def test_a_silent_guard_is_given_up_after_its_patience_from_the_first_beat_that_
     monkeypatch.setattr("rig.guard.stop_guard.PROCESS", program)
     clock = VirtualClock(datetime(2026, 1, 1, tzinfo=UTC))
     guard = StopGuard(tmp_path / RECORD, {}, None, clock)
-    guard.expect_motion(["roll"])
+    guard.expect_motion(["roll"], {})
     clock.sleep(pause_s)
     silent_s = 0.0
     while silent_s <= DEAF_S:

@@ -29,7 +29,7 @@ from rig.motion.move import home_and_arrive
 FAMILIES = {
     "zaber": (STAGE_FOR_ROLL, "roll", 8.0, b"stop"),
     "oriental-az": (DRIVE_FOR_ROLL, "roll", 8.0, bytes.fromhex("1000 7c0002 04 0000 0020")),
-    "maestro": (SERVO_FOR_PITCH, "pitch", 0.0, b"\x84\x00"),
+    "maestro": (SERVO_FOR_PITCH, "pitch", 0.0, b"\x87\x00"),
     "indexing-table": (("", ""), "roll", 0.0, b"2 STOP\r\n"),
 }
 ENDS = ("KILL", "QUIT", "STOP", "LIMIT", "MEMORY", "HUNG")
@@ -113,7 +113,7 @@ def _ends_in_stopped_axes(folder: Path, family: str, end: str, after_s: float = 
         record = read_guard_record(engine.run)
         assert record is not None
         assert axis in record["moving"]
-        assert set(record["axes"].values()) == {"told to stop"}
+        assert all(outcome.startswith("told to stop") for outcome in record["axes"].values()), record
         assert "every axis was told to stop" in guard_sentence(record)
         assert engine.until(lambda: bool(engine.rung), BUSY_LIMIT_S)
         assert engine.rung == [record], "told once, in the guard's words"

@@ -1,7 +1,7 @@
 """What is known of an axis that nobody can look at: at rest only where it was seen so with nothing sent since."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import pytest
@@ -78,7 +78,7 @@ class _Guard:
 
     why: str = ""
 
-    def expect_motion(self, moving: Sequence[str]) -> None: ...
+    def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None: ...
     def beat(self, moving: Sequence[str]) -> None: ...
     def take_trouble(self) -> None: ...
     def why_stop(self) -> str:
