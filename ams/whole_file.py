@@ -79,6 +79,10 @@ def _replacing(path: Path, *, is_synced: bool = True) -> Iterator[IO[bytes]]:
             if is_synced:
                 os.fsync(file.fileno())
         os.replace(partial, path)
+    except OSError as error:
+        if error.errno is not None and not error.filename:
+            error.filename = str(path)  # what an open file refuses has no name
+        raise
     finally:
         partial.unlink(missing_ok=True)
     if is_synced:
@@ -129,7 +133,7 @@ def sync_folder(folder: Path) -> None:
         finally:
             os.close(handle)
     except OSError as error:
-        raise FolderNotSynced(error.errno, error.strerror) from error
+        raise FolderNotSynced(error.errno, error.strerror, str(folder)) from error
 
 
 def read_whole(path: Path) -> bytes:

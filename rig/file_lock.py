@@ -50,10 +50,15 @@ def is_held(file: IO[str]) -> bool:
 
 
 def say(file: IO[str], text: str) -> None:
-    """Let the file that is held say ``text`` and nothing else."""
-    file.truncate(0)
-    file.write(text)
-    file.flush()
+    """Let the file that is held, opened to append, say ``text`` and nothing else.
+
+    Raises: OSError naming it; then nothing waits to be written when it is closed, which would raise once more.
+    """
+    try:
+        file.truncate(0)
+        os.write(file.fileno(), text.encode("utf-8"))
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, file.name) from error
 
 
 def _is_taken(file: IO[str]) -> bool:

@@ -17,11 +17,12 @@ from ams.sets.stated_verdict import Withdrawal
 from ams.whole_file import read_whole
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.taken_back import TakenBack, taken_back_since
+from procedures.journal.unwritten import SETS_FOLDER
 from procedures.journal.verdict_file import VERDICT_FILE
 from procedures.report.plain_page import PlainPage, write_plain
 from procedures.report.write import DOCUMENTS_FOLDER, FIGURES_FOLDER, PAPER_FILE, REPORT_FILE
 
-SETS_FOLDER, EXPORTS_FOLDER = "coefficients", "exports"
+EXPORTS_FOLDER = "exports"
 _OF_SETS = (SETS_FOLDER, EXPORTS_FOLDER)
 _REPORTS = (DOCUMENTS_FOLDER, FIGURES_FOLDER, PAPER_FILE, REPORT_FILE, VERDICT_FILE)
 

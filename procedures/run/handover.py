@@ -25,6 +25,7 @@ from procedures.journal.stop_advice import (
     numbers_of,
     of_damage,
 )
+from procedures.journal.unwritten import unwritten_sentence
 from procedures.journal.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import DROPPED, QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
@@ -190,6 +191,8 @@ def _solved(run_dir: Path, state: State) -> Iterable[str]:
             yield f"  ({len(grounds)} grounds; the report has all)"
         unusable = [str(row.get("sensor")) for row in rows_in(verdict) if row.get("verdict") == "not usable"]
         yield from ([one_line(f"not usable {', '.join(unusable)}")] if unusable else [])
+    elif unwritten := unwritten_sentence(run_dir, state):
+        yield one_line(f"results    {unwritten}")
     report = run_dir / "report.html"
     if state is State.FINISHED and report.exists() and not has_earlier_verdict(run_dir, state):
         yield f"report     {report}"

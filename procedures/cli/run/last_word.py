@@ -22,6 +22,7 @@ ENDED: Final[Mapping[Trust, tuple[str, str]]] = {
     ),
 }
 """How a verdict is told, and what whoever hears it does."""
+_UNREPORTED = "Leave the sensors as they are mounted until there is a report: {handover} says what comes next."
 
 
 def last_word(delivery: Delivery) -> tuple[str, str]:
@@ -31,13 +32,17 @@ def last_word(delivery: Delivery) -> tuple[str, str]:
     if delivery.view is None:
         return "finished, but without a report", "\n".join([*missing, stands])
     word, to_do = ENDED[delivery.view.verdict.trust]
-    handover = f"calrig handover {shlex.quote(str(delivery.run.folder))}"
+    run = shlex.quote(str(delivery.run.folder))
+    is_there = "html" not in delivery.failures
+    page = delivery.report.resolve().as_uri() if is_there else f"There is no report yet: calrig solve {run} makes it."
+    to_do = to_do if is_there else _UNREPORTED
+    handover = f"calrig handover {run}"
     lines = (
         delivery.view.verdict.sentence,
         worst_uncertainty(delivery.view),
         *missing,
         f"{stands} {to_do.format(handover=handover)}",
-        delivery.report.resolve().as_uri(),
+        page,
     )
     return partly_usable(delivery.view) or word, "\n".join(line for line in lines if line)
 

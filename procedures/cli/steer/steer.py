@@ -32,6 +32,7 @@ from procedures.journal.standing import RunStatus, progress_of
 from procedures.journal.standing_words import rows_of
 from procedures.journal.status import status as look
 from procedures.journal.stop_advice import of_damage
+from procedures.journal.unwritten import unwritten_sentence
 from procedures.journal.verdict_file import read_verdict
 from procedures.records.states import RESUMABLE, State
 from procedures.run.progress import PlainLines
@@ -85,6 +86,8 @@ def status(
         say(f"results: being delivered by {deliverer}")
     if verdict:
         say(f"verdict: {one_line(verdict)}")
+    if unwritten := unwritten_sentence(folder, found.state):
+        say(f"results: {one_line(unwritten)}")
     for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
         say(f"{name}: {how}")
     if found.clock_set_by_s:

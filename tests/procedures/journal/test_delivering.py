@@ -1,15 +1,21 @@
 """A run that is finished while its results are still being made: nobody makes them a second time meanwhile."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from command import call
-from small_run import PROCEDURE, RIG
+from small_disk import small_disk
+from small_run import PROCEDURE, RIG, bench
 
 from procedures.cli.run import run as command
-from procedures.delivery.deliver import Delivery, deliver
+from procedures.cli.run.last_word import last_word
+from procedures.delivery.deliver import Delivery, deliver, solve_run
 from procedures.journal.delivering import delivered_by, delivering
+from procedures.journal.owner import owning
+from procedures.records.states import State
+from procedures.run.handover import handover
 
 
 def test_whoever_looks_while_results_are_made_is_told_to_wait_and_no_second_solve_begins(
@@ -44,3 +50,37 @@ def test_whoever_looks_while_results_are_made_is_told_to_wait_and_no_second_solv
 def test_a_folder_that_takes_no_lock_hinders_no_delivery(tmp_path: Path) -> None:
     with delivering(tmp_path / "away"):
         assert delivered_by(tmp_path / "away") == ""
+
+
+def test_a_disk_that_takes_no_word_of_who_delivers_hinders_no_delivery(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", "64k") as disk:
+        disk.fill()
+        with delivering(disk.path):
+            pass
+
+
+def test_a_file_that_takes_no_word_of_who_runs_is_named(tmp_path: Path) -> None:
+    with small_disk(tmp_path / "disk", "64k") as disk:
+        disk.fill()
+        with pytest.raises(OSError, match=r"No space left on device: .*owner"), owning(disk.path):
+            pass
+
+
+def test_results_that_could_not_be_written_are_named_by_status_handover_and_alert(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The alert leads to no report that is not there."""
+    small = bench(tmp_path)
+    run_dir = tmp_path / "run"
+    assert small.run(run_dir).state is State.FINISHED
+    for page in (call(capsys, "status", run_dir).out, handover(run_dir)):
+        assert "no verdict, no coefficient file of this end is written; calrig solve" in page
+    delivery = deliver(solve_run(run_dir), None)
+    assert "file://" in last_word(delivery)[1]
+    unreported = replace(delivery, parts={**delivery.parts, "html": "report.html: cannot be written"})
+    text = last_word(unreported)[1]
+    assert f"There is no report yet: calrig solve {run_dir} makes it." in text
+    assert "file://" not in text
+    assert "in the report" not in text
+    for page in (call(capsys, "status", run_dir).out, handover(run_dir)):
+        assert "no coefficient file" not in page
