@@ -12,7 +12,7 @@ from typing import Any
 
 from ams.errors import SetError
 from ams.exports.checksum_line import INTACT, ChecksumLine
-from ams.exports.dcc_administration import administrative_data
+from ams.exports.dcc_administration import IssuedCertificate, administrative_data
 from ams.exports.dcc_elements import NAMESPACES, Element, content, plain, tree
 from ams.exports.dcc_results import measurement_result
 from ams.exports.format import Format
@@ -27,10 +27,15 @@ CHECKSUM_LINE = ChecksumLine("DCC", DECLARATION, b"<!-- sha256 of all bytes abov
 ATTACHMENT = "id-set"
 
 
-def to_dcc(coefficients: CoefficientSet) -> bytes:
-    """Return a set as the bytes of a digital calibration certificate. Raises: SetError where lxml is missing."""
+def to_dcc(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> bytes:
+    """Return a set as the bytes of a digital calibration certificate.
+
+    ``certificate``: that it is attached to; without one the set's checksum identifies it.
+
+    Raises: SetError where lxml is missing.
+    """
     etree = library("lxml.etree", f"{coefficients.sensor}: DCC")
-    root = tree(_certificate(coefficients), etree)
+    root = tree(_certificate(coefficients, certificate), etree)
     return CHECKSUM_LINE.append_to(DECLARATION + etree.tostring(root, pretty_print=True, encoding="UTF-8"))
 
 
@@ -63,7 +68,7 @@ def _parsed(body: bytes, etree: Any, where: str) -> Any:
         raise SetError(f"{where}: is no XML: {error}; {INTACT}") from error
 
 
-def _certificate(coefficients: CoefficientSet) -> Element:
+def _certificate(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> Element:
     encoded = base64.b64encode(to_json(coefficients)).decode("ascii")
     parts = [
         content("dcc:name", "coefficient set"),
@@ -74,7 +79,7 @@ def _certificate(coefficients: CoefficientSet) -> Element:
     result = measurement_result(coefficients, Element("dcc:byteData", parts, {"id": ATTACHMENT}))
     return Element(
         "dcc:digitalCalibrationCertificate",
-        [administrative_data(coefficients), Element("dcc:measurementResults", [result])],
+        [administrative_data(coefficients, certificate), Element("dcc:measurementResults", [result])],
         {"schemaVersion": VERSION},
     )
 

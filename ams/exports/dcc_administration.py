@@ -2,9 +2,12 @@
 
 import json
 import re
+from dataclasses import dataclass
+from datetime import date
 
 from ams.exports.dcc_elements import NOT_STATED, Element, Elements, clean, contact, content, identification, plain
 from ams.sets.canonical import Document, Json, listed, table
+from ams.sets.capability import capability_deg_of
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.instructions import use_of
 from ams.sets.stated_dwells import dwells_in_words, rejected_lines
@@ -15,8 +18,22 @@ UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
 
 
-def administrative_data(coefficients: CoefficientSet) -> Element:
-    """Return the administrative data, the first ring of a certificate."""
+@dataclass(frozen=True)
+class IssuedCertificate:
+    """The certificate that a DCC is attached to: its number is what identifies the DCC, as another does for the next.
+
+    Source: ISO/IEC 17025:2017, 7.8.2.1 d, 7.8.8.
+    """
+
+    number: str
+    issued: date
+    replaces: str | None = None
+    """Number of the certificate that is void since this one was issued."""
+    reason: str = ""
+
+
+def administrative_data(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> Element:
+    """Return the administrative data, the first ring of a certificate; ``certificate``: None of a mere export."""
     provenance = coefficients.provenance
     laboratory, job = declared(provenance["laboratory"]), declared(provenance["job"])
     lab = contact("dcc:contact", laboratory.get("name"), laboratory.get("address"))
@@ -30,14 +47,14 @@ def administrative_data(coefficients: CoefficientSet) -> Element:
         "dcc:administrativeData",
         [
             Element("dcc:dccSoftware", [software(coefficients)]),
-            _core_data(coefficients, laboratory, job),
+            _core_data(coefficients, laboratory, job, certificate),
             Element(
                 "dcc:items", [Element("dcc:item", [name, *described, *model, Element("dcc:identifications", known)])]
             ),
             Element("dcc:calibrationLaboratory", [lab]),
             Element("dcc:respPersons", [_person(coefficients)]),
             contact("dcc:customer", job.get("customer"), None),
-            Element("dcc:statements", _statements(coefficients)),
+            Element("dcc:statements", _statements(coefficients, certificate)),
         ],
     )
 
@@ -52,7 +69,9 @@ def declared(value: Json) -> Document:
     return {} if value is None else table(value)
 
 
-def _core_data(coefficients: CoefficientSet, laboratory: Document, job: Document) -> Element:
+def _core_data(
+    coefficients: CoefficientSet, laboratory: Document, job: Document, certificate: IssuedCertificate | None
+) -> Element:
     country = str(laboratory.get("country_code") or UNKNOWN_COUNTRY)
     ended = coefficients.created_utc.date().isoformat()
     numbers = [identification("calibrationLaboratory", job["number"], "job")] if job.get("number") else []
@@ -61,20 +80,34 @@ def _core_data(coefficients: CoefficientSet, laboratory: Document, job: Document
     run_id = coefficients.provenance["run_id"]
     if run_id is not None:
         numbers.append(identification("calibrationLaboratory", run_id, "run"))
+    numbers.append(identification("calibrationLaboratory", coefficients.sha256, "coefficient set, SHA-256"))
+    unique = f"calrig-{coefficients.sha256}" if certificate is None else certificate.number
     return Element(
         "dcc:coreData",
         [
             Element("dcc:countryCodeISO3166_1", country if re.fullmatch("[A-Z]{2}", country) else UNKNOWN_COUNTRY),
             Element("dcc:usedLangCodeISO639_1", "en"),
             Element("dcc:mandatoryLangCodeISO639_1", "en"),
-            Element("dcc:uniqueIdentifier", f"calrig-{coefficients.sha256}"),
-            *([Element("dcc:identifications", numbers)] if numbers else []),
+            plain("dcc:uniqueIdentifier", unique),
+            Element("dcc:identifications", numbers),
             *received,
             Element("dcc:beginPerformanceDate", _begun(run_id) or ended),
             Element("dcc:endPerformanceDate", ended),
             Element("dcc:performanceLocation", "laboratory"),
+            *_issue(certificate),
         ],
     )
+
+
+def _issue(certificate: IssuedCertificate | None) -> Elements:
+    """Return the day of issue, and the certificate that is replaced."""
+    if certificate is None:
+        return []
+    day = Element("dcc:issueDate", certificate.issued.isoformat())
+    if certificate.replaces is None:
+        return [day]
+    change = [Element("dcc:typeOfChange", "substituted"), plain("dcc:replacedUniqueIdentifier", certificate.replaces)]
+    return [day, Element("dcc:reportAmendedSubstituted", change)]
 
 
 def _begun(run_id: Json) -> str | None:
@@ -93,7 +126,7 @@ def _person(coefficients: CoefficientSet) -> Element:
     return Element("dcc:respPerson", [person, role, Element("dcc:mainSigner", "true" if approved_by else "false")])
 
 
-def _statements(coefficients: CoefficientSet) -> Elements:
+def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | None) -> Elements:
     document = coefficients.document
     unit = table(document["acceleration_unit"])
     u_mps2 = coefficients.gravity.standard_uncertainty_mps2
@@ -103,6 +136,9 @@ def _statements(coefficients: CoefficientSet) -> Elements:
     )
     said: dict[str, object] = {
         "status": f"{status}{'; SIMULATED on a twin, not on hardware' if coefficients.is_simulated else ''}",
+        **_amendment(certificate),
+        **_as_sealed(coefficients),
+        **_capability(coefficients),
         "acceleration unit": f"local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); specific force is "
         "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),
@@ -123,6 +159,35 @@ def _statements(coefficients: CoefficientSet) -> Elements:
         Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])
         for name, text in said.items()
     ]
+
+
+def _amendment(certificate: IssuedCertificate | None) -> dict[str, object]:
+    if certificate is None or certificate.replaces is None:
+        return {}
+    replaced = f"this certificate replaces certificate {certificate.replaces}, which is void"
+    return {"amendment": f"{replaced}; reason: {certificate.reason}"}
+
+
+def _as_sealed(coefficients: CoefficientSet) -> dict[str, object]:
+    """Say whose word the attached set does not hold: it stays as it was sealed, signatures come after it."""
+    if coefficients.approved_by is None or coefficients.document["approved_by"] == coefficients.approved_by:
+        return {}
+    return {
+        "attached set": "attached as it was sealed when it was solved; its keys status and approved_by are those of "
+        f"that moment; it was approved since by {coefficients.approved_by}, whose signature the laboratory's archive "
+        "holds"
+    }
+
+
+def _capability(coefficients: CoefficientSet) -> dict[str, object]:
+    capability_deg = capability_deg_of(coefficients)
+    if not capability_deg:
+        return {}
+    return {
+        "capability": f"no expanded uncertainty or interval is stated below the laboratory's capability of "
+        f"{capability_deg:g}° (95 %, k = 2; for offset and components of sensitivity: its effect on the output); "
+        "covariances, their parts and the attached set are as calculated, without it"
+    }
 
 
 def _warnings(document: Document) -> list[str]:

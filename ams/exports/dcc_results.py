@@ -22,6 +22,7 @@ from ams.exports.dcc_elements import (
 )
 from ams.exports.plain_values import columns, numeric
 from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.capability import COVERAGE_FACTOR, capability_deg_of, smallest_expanded
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equipment import Equipment, equipment_of
 from ams.sets.provenance import NO_GRAVITY_STATED
@@ -35,8 +36,9 @@ def measurement_result(coefficients: CoefficientSet, attachment: Element) -> Ele
     """Return the one measurement of a set."""
     axes = table(coefficients.document["axes"])
     attached = Element("dcc:data", [attachment])
+    capability_deg = capability_deg_of(coefficients)
     results = [
-        *(_axis(name, table(section)) for name, section in axes.items()),
+        *(_axis(name, table(section), capability_deg) for name, section in axes.items()),
         _test_vectors(coefficients),
         Element("dcc:result", [content("dcc:name", "the coefficient set, whole"), attached]),
     ]
@@ -100,13 +102,16 @@ def _condition(name: str, key: str, value: float, location: str = "site", *, kno
     return Element("dcc:influenceCondition", [content("dcc:name", name), Element("dcc:data", [given])])
 
 
-def _axis(name: str, section: Document) -> Element:
+def _axis(name: str, section: Document, capability_deg: float | None) -> Element:
     equation, primary = table(section["equation"]), table(section["primary"])
     printed = content("dcc:text", f"primary: {equation['primary']}", f"derived: {equation['derived']}")
     data = [
         printed,
-        *(_primary(name, primary, index) for index in range(len(listed(primary["order"])))),
-        *(_derived(name, key, table(entry)) for key, entry in table(section["parameters"]).items()),
+        *(_primary(name, section, index, capability_deg) for index in range(len(listed(primary["order"])))),
+        *(
+            _derived(name, key, table(entry), smallest_expanded(key, section, capability_deg))
+            for key, entry in table(section["parameters"]).items()
+        ),
         *_covariance(name, "covariance", primary["covariance"], primary),
     ]
     for component, part in table(primary["components"]).items():
@@ -115,23 +120,27 @@ def _axis(name: str, section: Document) -> Element:
     return Element("dcc:result", [content("dcc:name", f"axis {name}"), described, Element("dcc:data", data)])
 
 
-def _primary(axis: str, primary: Document, index: int) -> Element:
+def _primary(axis: str, section: Document, index: int, capability_deg: float | None) -> Element:
+    primary = table(section["primary"])
     name = str(listed(primary["order"])[index])
     variance = listed(listed(primary["covariance"])[index])[index]
     dof = table(primary["effective_degrees_of_freedom"])[name]
     value, unit = number(table(primary["values"])[name]), str(table(primary["units"])[name])
-    known = None if variance is None else _expanded(math.sqrt(number(variance)), dof)
+    smallest = smallest_expanded(name, section, capability_deg)
+    known = None if variance is None else _expanded(math.sqrt(number(variance)), dof, smallest)
     about = f"primary parameter of axis {axis}; effective degrees of freedom {'infinite' if dof is None else dof}"
     return quantity(name, real(value, unit, known), f"{axis}.primary.{name}", about)
 
 
-def _expanded(standard_uncertainty: float, dof: Json) -> Elements:
-
+def _expanded(standard_uncertainty: float, dof: Json, smallest: float = 0.0) -> Elements:
+    """``smallest``: the laboratory's capability, which is stated where the expanded uncertainty is below it."""
     factor = float(student_t_quantile(COVERAGE_QUANTILE, math.inf if dof is None else number(dof)))
+    if factor * standard_uncertainty < smallest:
+        return expanded(smallest, COVERAGE_FACTOR)
     return expanded(factor * standard_uncertainty, factor)
 
 
-def _derived(axis: str, name: str, parameter: Document) -> Element:
+def _derived(axis: str, name: str, parameter: Document, smallest: float) -> Element:
     identifier, unit = f"{axis}.parameters.{name}", str(parameter["unit"])
     about = f"derived parameter of axis {axis}"
     ends, uncertainty = listed(parameter["interval_95"]), parameter["standard_uncertainty"]
@@ -140,10 +149,12 @@ def _derived(axis: str, name: str, parameter: Document) -> Element:
         return quantity(name, undetermined, identifier, about)
     known = None
     if uncertainty is not None and len(ends) == 2 and None not in ends:
-        known = interval(number(uncertainty), number(ends[0]), number(ends[1]))
-    return quantity(
-        name, real(number(parameter["value"]), unit, known), identifier, f"derived parameter of axis {axis}"
-    )
+        value, low, high = number(parameter["value"]), number(ends[0]), number(ends[1])
+        known = interval(number(uncertainty), low, high)
+        if min(value - low, high - value) < smallest:
+            stated = max(number(uncertainty), smallest / COVERAGE_FACTOR)
+            known = interval(stated, min(low, value - smallest), max(high, value + smallest))
+    return quantity(name, real(number(parameter["value"]), unit, known), identifier, about)
 
 
 def _covariance(axis: str, title: str, matrix: Json, primary: Document) -> Elements:

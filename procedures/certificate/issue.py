@@ -13,6 +13,7 @@ from ams.archive.runs import adjustment_of
 from ams.archive.sets import show
 from ams.archive.sign_offs import Certificate
 from ams.archive.signatures import issue_certificate, sign_off
+from ams.exports.dcc_administration import IssuedCertificate
 from ams.whole_file import write_whole
 from procedures.certificate.grounds import Amendment, Grounds, check_grounds
 from procedures.certificate.page import certificate_page, certificate_paper
@@ -41,7 +42,7 @@ def issue(archive_url: str, key: str, grounds_of: "GroundsOf", by: str, out: Pat
     grounds = grounds_of.complete(archive_url, key)
     check_grounds(grounds)
     page = certificate_page(grounds)
-    paper = certificate_paper(grounds, page, attachments(grounds.coefficients))
+    paper = certificate_paper(grounds, page, attachments(grounds.coefficients, _issued(grounds)))
     sha256 = hashlib.sha256(paper).hexdigest()
     if not grounds.is_specimen:
         issue_certificate(archive_url, grounds.coefficients.sha256, _entry(grounds, sha256, by))
@@ -78,6 +79,15 @@ class GroundsOf:
             amends=None if self.amends is None else Amendment(self.amends, self.reason),
             is_specimen=self.is_specimen,
         )
+
+
+def _issued(grounds: Grounds) -> IssuedCertificate | None:
+    """Return what the attached DCC says of the certificate; a specimen is none."""
+    if grounds.is_specimen:
+        return None
+    amends = grounds.amends
+    replaced, reason = (None, "") if amends is None else (amends.number, amends.reason)
+    return IssuedCertificate(grounds.number, grounds.issued, replaced, reason)
 
 
 def _entry(grounds: Grounds, sha256: str, by: str) -> Certificate:

@@ -7,6 +7,7 @@ from pathlib import Path
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
 from ams.sets.canonical import Document, Json, listed, number, table
+from ams.sets.capability import capability_deg_of
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equipment import equipment_of
 from ams.sets.stated_dwells import dwells_in_words, rejected_lines
@@ -44,8 +45,7 @@ NOT_USABLE = "CALIBRATION NOT USABLE"
 
 def certificate_page(grounds: Grounds) -> str:
     """Return the page of a certificate as HTML."""
-    capability = grounds.laboratory.get("capability_deg")
-    capability_deg = None if capability is None else number(capability)
+    capability_deg = capability_deg_of(grounds.coefficients)
     errors = {} if grounds.adjustment is None else grounds.adjustment.as_left.errors
     judgements = () if grounds.adjustment is None else grounds.adjustment.as_left.judgements
     template = report_environment(TEMPLATES, SHARED_TEMPLATES).get_template("certificate.html.j2")

@@ -1,19 +1,18 @@
 """The results as a certificate states them: no uncertainty below what the laboratory has shown it can do.
 
-The capability (CMC) is an angle. For each coefficient it is the angle's effect: on the offsets and the sensitivity
-S·capability, on the azimuth capability/sin Ω. Source: ISO/IEC 17025:2017, 7.8.4.1; ILAC-P14:09/2020, 5.4.
+Source: ISO/IEC 17025:2017, 7.8.4.1; ILAC-P14:09/2020, 5.4.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import hypot, radians, sin
+from math import hypot
 
 import numpy as np
 
-from ams.models.extended import TRACELESS_NAME
 from ams.parameter_words import words_of
 from ams.rounding import last_place, to_place, with_uncertainty
 from ams.sets.canonical import Document, number, table
+from ams.sets.capability import COVERAGE_FACTOR, smallest_expanded
 from ams.sets.coefficients import CoefficientSet
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.adjustment import Judgement
@@ -52,14 +51,10 @@ class AngleRow:
 def coefficients_of(coefficients: CoefficientSet, capability_deg: float | None) -> Iterator[Coefficient]:
     """Yield every coefficient that has a value, with its expanded uncertainty."""
     for axis, section in table(coefficients.document["axes"]).items():
-        rows = table(section)["parameters"]
-        # Null or missing for a sensor of another unit.
-        values = list(table(table(section).get("sensitive_axis_v_per_g", {})).values())
-        size = None if None in values or not values else hypot(*map(number, values))
-        for name, stated in table(rows).items():
+        for name, stated in table(table(section)["parameters"]).items():
             row = table(stated)
             if row["value"] is not None and row["standard_uncertainty"] is not None:
-                yield _coefficient(axis, name, row, _floor(name, table(rows), size, capability_deg))
+                yield _coefficient(axis, name, row, smallest_expanded(name, table(section), capability_deg))
 
 
 def undetermined(coefficients: CoefficientSet) -> Iterator[str]:
@@ -137,20 +132,6 @@ def _coefficient(axis: str, name: str, row: Document, floor: float) -> Coefficie
     expanded = factor * uncertainty
     stated = max(expanded, floor)
     value, printed = with_uncertainty(number(row["value"]), stated)
-    return Coefficient(axis, label, symbol, unit, value.replace("-", "−"), printed, f"{factor:.2f}", stated > expanded)
-
-
-def _floor(name: str, rows: Document, size: float | None, capability_deg: float | None) -> float:
-    """Return the capability as an uncertainty of this coefficient; 0 where it says nothing about it.
-
-    An angle that a laboratory can tell by gravity says nothing about a sensor of rates.
-    """
-    if not capability_deg or size is None:
-        return 0.0
-    if name in ("offset_v", TRACELESS_NAME, "sensitivity_v_per_g"):
-        return size * radians(capability_deg)
-    if name == "azimuth_deg":
-        coning = table(rows["coning_deg"])["value"]
-        tilt = sin(radians(number(coning))) if coning is not None else 0.0
-        return capability_deg / tilt if tilt > 0.0 else 0.0
-    return capability_deg if name in ("coning_deg", "pitch_misalignment_deg") else 0.0
+    is_capability = stated > expanded
+    printed_factor = f"{COVERAGE_FACTOR if is_capability else factor:.2f}"
+    return Coefficient(axis, label, symbol, unit, value.replace("-", "−"), printed, printed_factor, is_capability)

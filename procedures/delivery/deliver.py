@@ -18,6 +18,7 @@ from ams.calibration.findings_document import full_document
 from ams.calibration_result import Calibration
 from ams.errors import AmsError, WriteFailed
 from ams.exports import dcc, json_text
+from ams.exports.dcc_administration import IssuedCertificate
 from ams.exports.formats import export_set, format_named
 from ams.models.registry import is_solved_from_levels
 from ams.sets.axis_section import primary_section
@@ -358,20 +359,18 @@ def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
     return path
 
 
-def attachments(coefficients: CoefficientSet) -> list[Attachment]:
-    """Return a set as the files inside the PDF: for machines as the laboratory's own set and as a DCC."""
-    wanted = (
-        (json_text.FORMAT, "application/json", "coefficient set"),
-        (dcc.FORMAT, "application/xml", "digital calibration certificate"),
+def attachments(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> list[Attachment]:
+    """Return a set as the files inside the PDF: for machines as the laboratory's own set and as a DCC.
+
+    ``certificate``: the PDF is that one.
+    """
+    contents = (
+        (json_text.FORMAT, "application/json", "coefficient set", json_text.to_json(coefficients)),
+        (dcc.FORMAT, "application/xml", "digital calibration certificate", dcc.to_dcc(coefficients, certificate)),
     )
     return [
-        Attachment(
-            form.file_name(coefficients.sensor),
-            media_type,
-            f"{coefficients.sensor}: {what}",
-            form.to_bytes(coefficients),
-        )
-        for form, media_type, what in wanted
+        Attachment(form.file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}", content)
+        for form, media_type, what, content in contents
     ]
 
 

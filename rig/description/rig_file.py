@@ -240,7 +240,7 @@ class Laboratory(StrictTable):
     """ISO 3166-1, asked for by the Digital Calibration Certificate."""
     accreditation: str = ""
     capability_deg: Positive | None = None
-    """The smallest expanded uncertainty the laboratory may state."""
+    """The smallest expanded uncertainty the laboratory may state: 95 %, k = 2."""
 
 
 class Acceptance(StrictTable):

@@ -3,6 +3,8 @@
 import base64
 import json
 import os
+from dataclasses import replace
+from datetime import date
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -10,12 +12,13 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from foreign_sets import HOSTILE, hostile, quadratic, warm
-from solved import provenance, solved_axis, solved_package
+from solved import PARAMETERS, provenance, solved_axis, solved_package
 from solved_sets import gyro_set
 
 from ams.calibration_result import Calibration
 from ams.errors import SetError, VectorsDisagree
 from ams.exports.dcc import CHECKSUM_LINE, from_dcc, to_dcc
+from ams.exports.dcc_administration import IssuedCertificate
 from ams.exports.dcc_elements import D_SI
 from ams.exports.dcc_schema import check_against_schemas
 from ams.sets.coefficients import CoefficientSet, build_set
@@ -69,8 +72,16 @@ def with_conditions() -> CoefficientSet:
     )
 
 
-def root_of(coefficients: CoefficientSet) -> Any:
-    return ElementTree.fromstring(to_dcc(coefficients))
+def capable(capability_deg: float = 0.002) -> CoefficientSet:
+    """A set of a laboratory that declares a capability."""
+    return package(laboratory={"name": "Instrument Laboratory", "capability_deg": capability_deg})
+
+
+AMENDING = IssuedCertificate("N-2", date(2026, 3, 5), "N-1", "address of the  customer")
+
+
+def root_of(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> Any:
+    return ElementTree.fromstring(to_dcc(coefficients, certificate))
 
 
 def quantity(root: Any, identifier: str) -> Any:
@@ -81,12 +92,97 @@ def quantity(root: Any, identifier: str) -> Any:
 @needs_schemas
 @pytest.mark.parametrize(
     "make",
-    [package, warm, quadratic, hostile, undetermined, bare, ordered, gyro_set, with_rejected_dwells, with_conditions],
+    [
+        package,
+        warm,
+        quadratic,
+        hostile,
+        undetermined,
+        bare,
+        ordered,
+        gyro_set,
+        with_rejected_dwells,
+        with_conditions,
+        capable,
+    ],
 )
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"
-    path.write_bytes(to_dcc(make()))
-    check_against_schemas(path, Path(str(SCHEMAS)))
+    for certificate in (None, replace(AMENDING, replaces=None), AMENDING):
+        path.write_bytes(to_dcc(make(), certificate))
+        check_against_schemas(path, Path(str(SCHEMAS)))
+
+
+def test_the_certificate_it_is_attached_to_identifies_it_and_the_one_that_is_replaced_is_named() -> None:
+    """ISO/IEC 17025:2017, 7.8.2.1 d, 7.8.8.3; two certificates on one set are two files, each read as that set."""
+    coefficients = package()
+    core = root_of(coefficients, AMENDING).find(".//dcc:coreData", NS)
+    told = {name: core.findtext(f"dcc:{name}", namespaces=NS) for name in ("uniqueIdentifier", "issueDate")}
+    assert told == {"uniqueIdentifier": "N-2", "issueDate": "2026-03-05"}
+    change = core.find("dcc:reportAmendedSubstituted", NS)
+    assert [part.text for part in change] == ["substituted", "N-1"]
+    assert statements(root_of(coefficients, AMENDING))["amendment"] == (
+        "this certificate replaces certificate N-1, which is void; reason: address of the customer"
+    )
+    first = IssuedCertificate("N-1", date(2026, 3, 3))
+    files = [to_dcc(coefficients, certificate) for certificate in (first, AMENDING)]
+    assert files[0] != files[1]
+    for content in files:
+        assert from_dcc(content, "file").sha256 == coefficients.sha256
+        assert f"<dcc:value>{coefficients.sha256}</dcc:value>".encode() in content
+    assert b"reportAmendedSubstituted" not in files[0]
+
+
+def test_a_mere_export_is_identified_by_the_checksum_of_its_set() -> None:
+    coefficients = package()
+    root = root_of(coefficients)
+    assert root.findtext(".//dcc:uniqueIdentifier", namespaces=NS) == f"calrig-{coefficients.sha256}"
+    assert root.find(".//dcc:issueDate", NS) is None
+
+
+def test_no_uncertainty_is_stated_below_the_capability() -> None:
+    """By hand: 0.002 deg is 3.4907e-5 rad, of S on an output; 0.002 deg on the coning angle; over sin of it on A."""
+    root = root_of(capable())
+    for axis, (_, sensitivity, coning_deg, _) in PARAMETERS.items():
+        effect_v = abs(sensitivity) * 3.4906585e-5
+        for name in ("offset_v", "k_x_v_per_g", "k_y_v_per_g", "k_z_v_per_g"):
+            stated = quantity(root, f"{axis}.primary.{name.replace('_', '_5f_')}").find("si:real/si:expandedUnc", NS)
+            assert float(stated.findtext("si:uncertainty", namespaces=NS)) == pytest.approx(effect_v, rel=1e-6)
+            assert float(stated.findtext("si:coverageFactor", namespaces=NS)) == 2.0
+        azimuth_deg = 0.002 / np.sin(np.radians(coning_deg))
+        derived = {"sensitivity_v_per_g": effect_v, "coning_deg": 0.002, "azimuth_deg": azimuth_deg}
+        for name, floor in derived.items():
+            real = quantity(root, f"{axis}.parameters.{name.replace('_', '_5f_')}").find("si:real", NS)
+            value, *ends, u = (
+                float(real.findtext(f"si:{key}", namespaces=NS))
+                for key in ("value", *(f"coverageInterval/si:{key}" for key in ("intervalMin", "intervalMax")),
+                            "coverageInterval/si:standardUnc")
+            )  # fmt: skip
+            assert [value - ends[0], ends[1] - value] == pytest.approx([floor, floor], rel=1e-6)
+            assert u == pytest.approx(floor / 2, rel=1e-6)
+    assert statements(root)["capability"].startswith(
+        "no expanded uncertainty or interval is stated below the laboratory's capability of 0.002°"
+    )
+
+
+def test_a_capability_below_what_was_calculated_changes_no_uncertainty() -> None:
+    found = [
+        {entry.get("id"): "".join(entry.itertext()) for entry in root_of(made).iterfind(".//dcc:quantity", NS)}
+        for made in (capable(1e-9), package())
+    ]
+    assert found[0] == found[1]
+    assert "capability" not in statements(root_of(package()))
+
+
+def statements(root: Any) -> dict[str, str]:
+    """Return what the DCC declares, by its name."""
+    entries = root.iterfind(".//dcc:statement", NS)
+    return {
+        entry.findtext("dcc:name/dcc:content", namespaces=NS): entry.findtext(
+            "dcc:declaration/dcc:content", namespaces=NS
+        )
+        for entry in entries
+    }
 
 
 def test_a_field_of_the_work_order_is_an_identification_of_the_certificate() -> None:

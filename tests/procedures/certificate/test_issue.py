@@ -52,11 +52,7 @@ def test_the_attached_certificate_for_machines_holds_the_same_set_and_says_who_a
     approved: str, tmp_path: Path
 ) -> None:
     done = issue(approved, "SN1047", GroundsOf("7", MOMENT), "B. Chief", tmp_path)
-    with pikepdf.open(done.paper) as document:
-        attached = {
-            name.split("/")[-1]: document.attachments[name].get_file().read_bytes() for name in document.attachments
-        }
-    dcc = attached["SN1047.xml"]
+    dcc = _attached(done.paper)["SN1047.xml"]
     assert from_dcc(dcc, "attachment").sha256 == done.grounds.coefficients.sha256
     assert b"nobody has approved" not in dcc
 
@@ -82,8 +78,7 @@ def test_whoever_authorises_is_identified_by_name_and_function(
     assert "Approved: B. Chief, head of lab<br>" in page
     assert "Reviewed: C. Reader, deputy<br>" in page
     assert "Prepared: A. Operator<br>" in page
-    with pikepdf.open(done.paper) as document:
-        (dcc,) = (document.attachments[name].get_file().read_bytes() for name in document.attachments if "xml" in name)
+    dcc = _attached(done.paper)["SN1047.xml"]
     assert b"<dcc:role>approved, head of lab</dcc:role>" in dcc
     with pytest.raises(ArchiveForbids, match=r"the function holds U\+202E, which nobody sees"):
         sign(archive, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped", function="chief\u202e")
@@ -118,7 +113,15 @@ def test_a_set_of_engineering_that_signatures_approve_is_a_certificate_and_its_a
     assert b"B. Chief" in dcc
     assert b"engineering: not approved" not in dcc
     done = issue(url, "SN1047", GroundsOf("8", MOMENT), "B. Chief", tmp_path)
-    assert "Accepted by C. Reader" in done.page.read_text(encoding="utf-8")
+    page = " ".join(done.page.read_text(encoding="utf-8").split())
+    assert "Accepted by C. Reader" in page
+    assert "attached as it was sealed when it was solved: its status and approval are those of that moment" in page
+    attached = _attached(done.paper)
+    assert b'"approved_by": null' in attached["SN1047.json"]
+    assert (
+        b"its keys status and approved_by are those of that moment; it was approved since by B. Chief"
+        in (attached["SN1047.xml"])
+    )
 
 
 @pytest.mark.parametrize(
@@ -212,6 +215,17 @@ def test_an_amendment_is_entered_with_what_it_replaces(approved: str, tmp_path: 
     assert entry is not None
     assert (entry.amends, entry.reason) == ("7", "address of the customer")
     assert "replaces certificate 7" in re.sub(r"\s+", " ", done.page.read_text(encoding="utf-8"))
+    dcc = _attached(done.paper)["SN1047.xml"]
+    assert b"<dcc:uniqueIdentifier>7-A</dcc:uniqueIdentifier>" in dcc
+    assert b"<dcc:replacedUniqueIdentifier>7</dcc:replacedUniqueIdentifier>" in dcc
+
+
+def _attached(paper: Path) -> dict[str, bytes]:
+    """Return the files inside a PDF by their names."""
+    with pikepdf.open(paper) as document:
+        return {
+            name.split("/")[-1]: document.attachments[name].get_file().read_bytes() for name in document.attachments
+        }
 
 
 def test_a_specimen_leaves_no_trace_in_the_archive(archive: str, tmp_path: Path) -> None:
