@@ -80,6 +80,9 @@ class Provenance:
     """What was read of the supplies of the sensor while it was calibrated, such as
     ``{"dmm.supply": {"mean_v": 5.0, "min_v": 4.999, "max_v": 5.001}}``; empty where it has none that is read; None:
     nobody said."""
+    readings: Mapping[str, object] | None = None
+    """The ``file`` that the readings were handed over in, its ``sha256``, how many ``rows`` were solved, and
+    ``day_stated_by`` whom; None of a run."""
     dwells: Mapping[str, object] | None = None
     """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
     level: Mapping[str, object] | None = None
@@ -189,7 +192,7 @@ def record_sections(provenance: Provenance) -> Document:
             **{name: plain(getattr(provenance, name), name) for name in declared},
             **{
                 name: plain(stated, name)
-                for name in ("readouts", "supplies", "dwells")
+                for name in ("readouts", "supplies", "readings", "dwells")
                 if (stated := getattr(provenance, name)) is not None
             },
         },

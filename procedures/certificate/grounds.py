@@ -34,6 +34,8 @@ METER_UNDECLARED: FindingKind = "meter-undeclared"
 RATE_UNDECLARED: FindingKind = "rate-undeclared"
 GRAVITY_UNDECLARED: FindingKind = "gravity-undeclared"
 
+NO_READINGS = "neither the run nor the file that the readings came from is on record"
+
 
 @dataclass(frozen=True)
 class Amendment:
@@ -113,6 +115,9 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
         yield Said(f"the set is {grounds.signed.withdrawal}", "calibrate again")
     if grounds.signed.by("approved") is None:
         yield Said(NOBODY_APPROVED)
+    provenance = grounds.coefficients.provenance
+    if provenance["run_id"] is None and not provenance.get("readings"):
+        yield Said(NO_READINGS, "solve the file again with this version of calrig fit, and archive that set")
     yield from declared_gaps(
         Declared(
             laboratory=grounds.laboratory,

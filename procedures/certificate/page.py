@@ -21,6 +21,7 @@ from ams.sets.stated_findings import (
 from ams.sets.stated_verdict import conditions_in_words, grounds_in_words
 from ams.sets.vectors import LEVEL
 from ams.sets.verdict_conditions import NO_METER
+from ams.surveillance.adjustment import acceptance_of
 from ams.units import printed
 from procedures.certificate.annex import annex_of
 from procedures.certificate.equation import forms_of, meanings_of, method_of, nearest
@@ -62,6 +63,8 @@ def certificate_page(grounds: Grounds) -> str:
         angles=list(angle_rows(errors, judgements, capability_deg)),
         again=is_visited_again(errors),
         lines=grounds.coefficients.is_of_lines,
+        readings=table(grounds.coefficients.provenance.get("readings") or {}),
+        limits=acceptance_of(grounds.coefficients.provenance).limits_deg,
         capability=None if capability_deg is None else f"{capability_deg:g}",
         gaps=list(printed_gaps(grounds)) if grounds.is_specimen else [],
         equipment=equipment_of(grounds.coefficients),

@@ -59,7 +59,7 @@ def set_of_lines(solved: Mapping[str, Calibration]) -> CoefficientSet:
     """Return the set of axes that were solved each by itself."""
     together = Calibration({axis: entry.axes[axis] for axis, entry in solved.items()}, "linear", "SR")
     ranges = {"pitch_range_deg": (0.0, 0.0), "roll_range_deg": (0.0, 0.0), "level_ranges": level_ranges(together)}
-    return build_set(together, Provenance(sensor="M1", **SITE, **ranges))
+    return build_set(together, Provenance(sensor="M1", run_id="20260301T080000Z-coil", **SITE, **ranges))
 
 
 def _rows(axis: str, levels: np.ndarray, reading: np.ndarray) -> Observations:

@@ -1,5 +1,6 @@
 """A coefficient set from a fit: what the file and the command say about where the numbers come from."""
 
+import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -47,6 +48,8 @@ class WishedSet:
     """When the readings were taken; None where nothing says it."""
     use_degc: tuple[float, float] | None = None
     """Temperatures that the sensor is to be used at, as the rig file declares them."""
+    readings: Mapping[str, object] = field(default_factory=dict)
+    """The ``file`` they are in, its ``sha256``, and ``day_stated_by`` whom."""
 
 
 def wished_set(
@@ -93,6 +96,24 @@ def wished_set(
     return WishedSet(path, sensor, stated, "", measured_utc=measured_utc)
 
 
+def of_readings(wish: WishedSet, file: Path, stated_day: str | None) -> WishedSet:
+    """Return the wish with the file that its readings are in; ``stated_day``: that of the command.
+
+    Raises: RequestError where the file cannot be read.
+    """
+    try:
+        with file.open("rb") as content:
+            sha256 = hashlib.file_digest(content, "sha256").hexdigest()
+    except OSError as error:
+        raise RequestError(
+            f"{file}: cannot be read: {error.strerror or error}; nothing was solved; check the file and its rights"
+        ) from error
+    readings = {"file": file.name, "sha256": sha256}
+    if wish.measured_utc is not None:
+        readings["day_stated_by"] = "the file" if stated_day is None else "whoever solved it"
+    return replace(wish, readings=readings)
+
+
 def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
     """Refuse straight lines of accelerometers, in ``units`` of what they sense, without the gravity they are per."""
     if wish.gravity is None and "g" in units:
@@ -102,13 +123,16 @@ def refuse_per_g(wish: WishedSet, units: Iterable[str]) -> None:
         )
 
 
-def write_set(wish: WishedSet, observations: Observations, calibration: Calibration) -> None:
+def write_set(wish: WishedSet, observations: Observations, calibration: Calibration, rows: int | None = None) -> None:
     """Write the set whole, dated by its readings; where nothing says when, by today, which a remark tells.
+
+    ``rows``: how many were solved, where the observations are not all of them.
 
     Raises: ams.errors.SetError.
     """
     if wish.measured_utc is None:
         calibration = replace(calibration, remarks=(*calibration.remarks, OF_TODAY))
+    wish = replace(wish, readings={**wish.readings, "rows": rows or observations.rows})
     export_set(build_set(calibration, _provenance(wish, observations, calibration)), "json", wish.path)
 
 
@@ -139,6 +163,7 @@ def _provenance(wish: WishedSet, rows: Observations, calibration: Calibration) -
         simulated=False,
         serial=wish.sensor,
         standards=wish.standards,
+        readings=wish.readings,
         **wish.declared,
     )
 

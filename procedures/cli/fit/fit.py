@@ -21,7 +21,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.models.registry import MODELS, names_by_option, senses_rates, takes_levels
 from ams.models.thermal import TemperatureCoefficients
 from procedures.cli.attitude.package_file import package_of
-from procedures.cli.fit.coefficient_set import WishedSet, refuse_per_g, wished_set, write_set
+from procedures.cli.fit.coefficient_set import WishedSet, of_readings, refuse_per_g, wished_set, write_set
 from procedures.cli.fit.joint import check_joint, joint_lines, parse_priors
 from procedures.cli.fit.joint import joint as fit_jointly
 from procedures.cli.options import Flag, Json, require_folder_of
@@ -161,8 +161,7 @@ def fit(
     require_folder_of(set_, "--set")
     _refuse_temperatures(temperature_order, reference_temperature_degc, temperature)
     _refuse_without_result(sensor, gravity_mps2, rig, set_)
-    form = _form(separator, decimal)
-    columns = _columns(axis)
+    form, columns = _form(separator, decimal), _columns(axis)
     name = model_named(model, package, on_command_line)
     stated_errors = (
         rate_uncertainty_ppm, direction_uncertainty_arcsec, largest_g_sensitivity_dps_per_g, reference_uncertainty_ppm,
@@ -194,7 +193,8 @@ def fit(
     measured = _measured_utc(file, form, calibrated_on, is_of_use=(rig or set_) is not None)
     wish: WishedSet | None = None
     if set_ is not None:
-        wish = wished_set(set_, sensor, gravity_mps2, description, measured, senses_gravity=takes_rig)
+        wished = wished_set(set_, sensor, gravity_mps2, description, measured, senses_gravity=takes_rig)
+        wish = of_readings(wished, file, calibrated_on)
     overdue = () if description is None else overdue_warnings(description, local_day(datetime.now(UTC)), measured)
     with _refusals_name(file):
         if joint:

@@ -93,7 +93,8 @@ def joint(
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, undeclared.findings)
     if wish is not None:
-        write_set(wish, mountings[0].observations, solved)
+        rows = sum(mounting.observations.rows for mounting in mountings)
+        write_set(wish, mountings[0].observations, solved, rows)
     return {**joint_document(found, solved, budgets), "model": "pitch-roll", "convention": "TP"}
 
 
