@@ -19,7 +19,7 @@ from rig.description.device_settings import Positive, ReadoutSettings
 from rig.devices.abilities import Burst, Wait
 from rig.errors import DescriptionError, DeviceFault, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
-from rig.link.exchange import Exchange, Patience
+from rig.link.exchange import Exchange, Patience, shown
 from rig.toml_file import StrictTable
 from rig.wire.angle_dialect import AngleDialect, AngleUnit, NamedAngleDialect, load_angle_dialect, to_deg
 from rig.wire.angle_lines import AngleCodec, Question, Reading
@@ -28,6 +28,8 @@ from rig.wire.dialect_files import WRITTEN_OUT, dialect_file
 MOST_SAMPLES = 100_000
 QUIET_S = 0.3
 """Longer than a device that streams leaves between two lines."""
+_STREAMED_BYTES, _SHOWN_BYTES = 4, 40
+"""Fewer that come unasked are noise of the line."""
 
 
 class AngleChannel(StrictTable):
@@ -195,12 +197,29 @@ class AngleMeter:
         return reading
 
     def _ask_reading(self, channel: AngleChannel) -> Reading:
+        self._require_quiet()
         return self._exchange.ask(
             self._codec.ask(Question("reading", channel.axis)),
             lambda reply: self._codec.parse_reading(reply, channel.axis),
             idempotent=True,
             lines=self._codec.reply_lines("reading"),
         )
+
+    def _require_quiet(self) -> None:
+        """See that what streams from power-on does not, since it was told to be quiet. Raises: DeviceFault.
+
+        The lines of a stream are those of an answer, and what is asked while it streams is not heard.
+        """
+        if self._dialect.quiet is None or self._exchange.is_in_doubt:
+            return
+        unasked = self._exchange.take_waiting()
+        if len(unasked) >= _STREAMED_BYTES:
+            self._exchange.doubt()
+            raise DeviceFault(
+                f"{self.name}: it streams again, though it was told to be quiet: got {shown(unasked[-_SHOWN_BYTES:])}"
+                " unasked; it lost power or was reset, and what was set at it may be lost; the readings are dropped;"
+                " look at its supply and its settings"
+            )
 
     def _require_stated(self, found: AngleUnit | None) -> None:
         stated = self._settings.values

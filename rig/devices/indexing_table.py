@@ -11,6 +11,7 @@ from pydantic import Field
 
 from rig.description.device_settings import COMMANDED, AxisSettings
 from rig.devices.abilities import AxisState, StopStep
+from rig.devices.rest import moves_between
 from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.devices.targets import Miswritten, check_target, require_home
 from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, RequestRefused
@@ -42,7 +43,6 @@ from rig.wire.table_dialect import Dialect, NamedDialect, load_dialect
 
 _SAME_ANGLE_DEG = 1e-4
 """Half the last digit of a read-back, rounded up: closer than this is the commanded tooth."""
-_STILL_DEG = 1e-6
 _WRITTEN_DPS = 1e-9
 _TIMES_REFUSED = 3
 """So often the machine may refuse a question before it is believed: the line may have damaged it on its way."""
@@ -109,7 +109,7 @@ class DialectSettings(AxisSettings):
             (dialect.identity is None, "it cannot be asked who it is"),
             (
                 dialect.state is None,
-                f"it does not tell whether it moves: two equal positions {dialect.still_s:g} s apart do",
+                f"it does not tell whether it moves: two positions {dialect.still_s:g} s apart do",
             ),
         ]
         return tuple(f"dialect {dialect.name}: {sentence}" for is_lacking, sentence in lacks if is_lacking)
@@ -192,6 +192,8 @@ class IndexingTableAxis:
         self._home: Literal["none", "searching", "found"] = "found" if settings.homed_before else "none"
         """Where the machine does not tell."""
         self._is_enabled = False
+        self._bound_for_deg: float | None = None
+        """Table angle of a move that was not seen to end; NaN of a home or a rate (:mod:`rig.devices.rest`)."""
 
     def identify(self) -> str:
         if not self._codec.knows(Identify):
@@ -248,7 +250,7 @@ class IndexingTableAxis:
         def is_begun() -> bool:
             answer = self._ask_state()
             is_found = was_homed is False and answer.is_homed is True
-            return answer.is_moving or is_found or (not has_search and abs(self._table_deg()) < _SAME_ANGLE_DEG)
+            return answer.is_moving or is_found or (not has_search and self._is_at(0.0, self._table_deg()))
 
         unseen = (
             f"{self.name}: home: it was sent, but the axis does not begin within {TAKEN_UP_S:g} s; there is no home;"
@@ -289,6 +291,7 @@ class IndexingTableAxis:
             )
         if self._home == "searching":
             self._home = "none"
+        self._bound_for_deg = None
         self._ask(Stop(self._number))
         if self._codec.is_bare(Stop):
             self._exchange.doubt()  # whatever is said to it must not be taken for the next answer
@@ -307,8 +310,13 @@ class IndexingTableAxis:
             return answer
         before_deg = self._table_deg()
         self._exchange.stream.clock.sleep(self._codec.dialect.still_s)
-        is_moving = abs(self._table_deg() - before_deg) > _STILL_DEG
+        is_moving = moves_between(before_deg, self._table_deg(), self._bound_for_deg, self.arrival_tolerance_deg)
+        if not is_moving:
+            self._bound_for_deg = None
         return TableState(is_moving=is_moving, is_seated=True, is_homed=None)
+
+    def _is_at(self, target_deg: float, here_deg: float) -> bool:
+        return abs(here_deg - target_deg) <= self.arrival_tolerance_deg
 
     def _table_deg(self) -> float:
         position = self._ask(AskPosition(self._number))
@@ -328,11 +336,12 @@ class IndexingTableAxis:
             self._exchange.doubt()  # it answers twice now: the line must fall quiet before the next question
 
     def _start(self, command: Move | Home | Rate, target_deg: float | None) -> None:
+        self._bound_for_deg = command.target_deg if isinstance(command, Move) else math.nan
         start_once(lambda: self._ask(command), lambda: self._has_started(target_deg))
 
     def _has_started(self, target_deg: float | None) -> bool:
         state = self.state()
-        is_there = target_deg is not None and abs(state.position_deg - target_deg) < _SAME_ANGLE_DEG
+        is_there = target_deg is not None and self._is_at(target_deg, state.position_deg)
         return state.is_moving or is_there
 
     def _ask(self, command: Command) -> Reply:

@@ -115,6 +115,11 @@ class Exchange:
         self.counts.stale_bytes += len(waiting)
         return waiting
 
+    @property
+    def is_in_doubt(self) -> bool:
+        """Whether the line is brought to a known state before the next question."""
+        return self._is_in_doubt
+
     def doubt(self) -> None:
         """Doubt the line: the next question must first bring it to a known state.
 

@@ -13,6 +13,8 @@ ends it.
 
 from dataclasses import dataclass, replace
 
+from rig.devices.rest import band_deg
+
 OVERSPEED = 1.5
 """Times the speed asked for: the machine's own speed is a setting, known no better than this on some."""
 MARGIN_DEG = 0.5
@@ -316,7 +318,8 @@ def after_home(bounds: Bounds, at_deg: float) -> Bounds:
 def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:
     if seen.is_moving is not False:
         return Stopping()
-    rests = task.resting is not None and abs(seen.position_deg - task.resting.position_deg) <= bounds.tolerance_deg
+    within_deg = band_deg(bounds.tolerance_deg)
+    rests = task.resting is not None and abs(seen.position_deg - task.resting.position_deg) <= within_deg
     if not rests:
         return Stopping(seen)
     assert task.resting is not None

@@ -17,6 +17,7 @@ from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook
 from rig.devices.cable import CableGuard
 from rig.devices.maestro_settings import MaestroSettings
 from rig.devices.rates import MeasuredRate, measured_rate
+from rig.devices.rest import band_deg
 from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
@@ -26,6 +27,8 @@ from rig.wire.pulses import PulseCalibration
 WHOLE_TURN_DEG = 360.0
 ROOM_S = 1.0
 """A rate axis with limits is stopped so long before it would pass one, with half a second to brake."""
+RATE_PART = 0.01
+"""By so much of the rate asked for a turn by hand may be off, and change within its second half, before it is told."""
 _LOOK_S = 0.2
 
 
@@ -59,6 +62,16 @@ class Reading:
     """NaN below two readings."""
     samples: int
     overloads: int
+
+
+@dataclass(frozen=True, slots=True)
+class TurnByHand:
+    """What a turn at a rate for a time came to."""
+
+    measured: MeasuredRate
+    """Of its second half: in the first an axis gathers speed. What it turned is of the whole."""
+    doubt: str
+    """In what that is not the rate asked for, or no constant one; empty where it is."""
 
 
 @contextmanager
@@ -175,8 +188,8 @@ def require_room_to_turn(rig: OpenRig, axis: str, position_deg: float, rate_dps:
         )
 
 
-def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: Wait) -> MeasuredRate:
-    """Turn at a rate for a time, then stop and see the axis stand; returns the rate as measured in the second half.
+def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: Wait) -> TurnByHand:
+    """Turn at a rate for a time, then stop and see the axis stand; returns the rate as measured, and its doubts.
 
     However it ends, the axis is stopped. Raises: RequestRefused before anything moved, DeviceFault, WaitEnded.
     """
@@ -197,17 +210,44 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
             looks.append(device.turn_look(rig.clock))
     finally:
         stop_all({axis: _axis(rig, axis)}, rig.clock)
-    return _steady_rate(looks)
+    second = _second_half(looks)
+    measured = replace(measured_rate(second[0], second[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
+    return TurnByHand(measured, _rate_doubt(second, rate_dps, rig.axes[axis].arrival_tolerance_deg))
 
 
-def _steady_rate(looks: Sequence[TurnLook]) -> MeasuredRate:
-    """Return the rate of the second half: in the first an axis gathers speed.
-
-    What it turned is of the whole.
-    """
+def _second_half(looks: Sequence[TurnLook]) -> Sequence[TurnLook]:
+    """Return the last look before the middle of the time, and all behind it."""
     middle_s = 0.5 * (looks[0].taken_s + looks[-1].taken_s)
-    first = [look for look in looks if look.taken_s <= middle_s][-1]
-    return replace(measured_rate(first, looks[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
+    first = max(number for number, look in enumerate(looks) if look.taken_s <= middle_s)
+    return looks[first:]
+
+
+def _rate_doubt(looks: Sequence[TurnLook], commanded_dps: float, tolerance_deg: float) -> str:
+    """Return in what the rate was not that asked for, or changed while it was measured; empty where it was."""
+
+    def slack_dps(*rates: tuple[TurnLook, TurnLook]) -> float:
+        """Return what times and read-backs leave open."""
+        return sum(
+            measured_rate(*pair).uncertainty_dps + band_deg(tolerance_deg) / (pair[1].taken_s - pair[0].taken_s)
+            for pair in rates
+        )
+
+    allowed_dps = RATE_PART * abs(commanded_dps)
+    first, last = looks[0], looks[-1]
+    middle = looks[len(looks) // 2]
+    changes = ""
+    if len(looks) > 2:
+        early, late = (first, middle), (middle, last)
+        early_dps, late_dps = measured_rate(*early).rate_dps, measured_rate(*late).rate_dps
+        if abs(late_dps - early_dps) > allowed_dps + slack_dps(early, late):
+            changes = f"it was not constant: {early_dps:+.4g} °/s, then {late_dps:+.4g} °/s"
+    off_dps = measured_rate(first, last).rate_dps - commanded_dps
+    is_off = abs(off_dps) > allowed_dps + slack_dps((first, last))
+    missed = f"it was not reached, off by {off_dps:+.4g} °/s, allowed {allowed_dps:.3g} °/s" if is_off else ""
+    why = "; ".join(part for part in (missed, changes) if part)
+    return (
+        f"asked for {commanded_dps:+g} °/s: {why}; turn for longer, or ask for what the machine reaches" if why else ""
+    )
 
 
 def wound_turns(rig: OpenRig, axis: str) -> float | None:

@@ -18,12 +18,12 @@ from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
 from rig.devices.abilities import Axis, AxisState, Wait
 from rig.devices.cable import CableGuard
+from rig.devices.rest import RestLook, moves_on, stands, unrest_in_words
 from rig.devices.starting import TAKEN_UP_S
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
 
 STALL_S = 2.0
 """Rig seconds without progress after which an axis that says it moves is stalled."""
-STANDSTILL_S = 1.0
 _FIRST_LOOK_S, _LAST_LOOK_S = 0.1, 0.5
 _LONGEST_LOOK_S = 0.8
 """Between two looks at an axis on its way: what it reports is answered within a second. The first looks come sooner,
@@ -224,7 +224,7 @@ def _search_home(axis: Axis, clock: Clock, wait: Wait) -> AxisState:
 
 
 def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMIT_S) -> None:
-    """Stop every axis at once and see them stand still for a second; a failing axis keeps no other from its stop.
+    """Stop every axis at once and see them stand still, a second at least; a failing axis keeps no other from its stop.
 
     One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop.
     Raises: DeviceFault naming every axis that could not be stopped, still moves, or went on to where it was sent.
@@ -265,20 +265,28 @@ def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str
 
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> float:
-    """See an axis rest that was told to stop; return where, degrees."""
-    started_s = rested_s = stop_sent_s = clock.monotonic_s()
-    last_deg = axis.state().position_deg
-    while clock.monotonic_s() - rested_s < STANDSTILL_S:
-        if clock.monotonic_s() - started_s > limit_s:
-            raise DeviceFault(f"still moving at {last_deg:g}°, {limit_s:g} s after the stop")
-        clock.sleep(min(_FIRST_LOOK_S, clock.slice_s))
+    """See an axis rest that was told to stop (:mod:`rig.devices.rest`); return where, degrees.
+
+    Its machine's word that it rests is not enough, since some say so of a rotation: what its read-back shows to go on
+    is told again as well.
+    """
+    started_s = stop_sent_s = clock.monotonic_s()
+    looks: list[RestLook] = []
+    while True:
         state = axis.state()
-        if state.is_moving or state.position_deg != last_deg:
-            rested_s, last_deg = clock.monotonic_s(), state.position_deg
-        if state.is_moving and clock.monotonic_s() - stop_sent_s >= _STOP_AGAIN_S:
+        now_s = clock.monotonic_s()
+        look = RestLook(state.position_deg, now_s)
+        looks = [look] if state.is_moving else [*looks, look]
+        if stands(looks, axis.arrival_tolerance_deg):
+            return state.position_deg
+        if now_s - started_s > limit_s:
+            unrest = unrest_in_words(looks, axis.name, axis.arrival_tolerance_deg)
+            raise DeviceFault(f"still moving at {state.position_deg:g}°, {limit_s:g} s after the stop{unrest}")
+        goes_on = state.is_moving or moves_on(looks, axis.arrival_tolerance_deg)
+        if goes_on and now_s - stop_sent_s >= _STOP_AGAIN_S:
             axis.stop()
             stop_sent_s = clock.monotonic_s()
-    return last_deg
+        clock.sleep(min(_FIRST_LOOK_S, clock.slice_s))
 
 
 def _go(axis: Axis, target_deg: float, from_deg: float, clock: Clock, wait: Wait) -> AxisState:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 
 from rig.clock import Clock
 from rig.devices.abilities import Axis, AxisState
+from rig.devices.rest import band_deg
 from rig.errors import MotionBreach, RigError
 from rig.motion.expectation import MARGIN_DEG, STANDING_TOLERANCES
 from rig.motion.motion_memory import KnownMotion, MotionMemory
@@ -64,7 +65,7 @@ def _let_pass(duration_s: float, clock: Clock) -> None:
 
 
 def _moves(axis: Axis, state: AxisState, before: AxisState) -> bool:
-    return state.is_moving or abs(state.position_deg - before.position_deg) > axis.arrival_tolerance_deg
+    return state.is_moving or abs(state.position_deg - before.position_deg) > band_deg(axis.arrival_tolerance_deg)
 
 
 def _is_outside(axis: Axis, state: AxisState, left: KnownMotion) -> bool:

@@ -194,7 +194,7 @@ class Dialect(StrictTable):
     position_wraps: bool = False
     """Positions begin again after a turn."""
     still_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.5
-    """Without a state query: two equal positions this far apart are a rest."""
+    """Without a state query: two positions so far apart tell whether it moves; longer than it takes to start."""
     identity: IdentityQuery | None = None
     prepare: PlainQuery | None = None
     """Sent before every move, such as the choice of absolute positions."""

@@ -29,6 +29,7 @@ from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.devices.abilities import Wait
+from rig.devices.rest import band_deg
 from rig.errors import RigError, WaitEnded
 from rig.motion import jog as by_hand
 from rig.motion.home_memory import HomeMemory
@@ -140,7 +141,7 @@ def jog(
         _tell(document, json)
         if live:
             _follow(opened, samples, wait)
-    return ExitStatus.DONE
+    return _ended(document)
 
 
 def _screen(
@@ -266,15 +267,26 @@ def _move(opened: Rig, axis: str, to: float | None, by: float | None, wait: Wait
         return by_hand.home(opened, axis, wait, note)
 
 
-def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, float]:
+def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -> dict[str, Any]:
     with by_hand.doubt_named(opened, axis):
-        measured = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
+        turn = by_hand.turn_for(opened, axis, rate_dps, for_s, wait)
+    measured = turn.measured
     return {
+        "commanded_dps": rate_dps,
         "rate_dps": measured.rate_dps,
         "rate_limit_dps": measured.uncertainty_dps,
+        "rate_doubt": turn.doubt,
         "turned_deg": measured.turned_deg,
         "position_deg": opened.axes[axis].state().position_deg,
     }
+
+
+def _ended(document: dict[str, Any]) -> ExitStatus:
+    """Return the status, with a word on a turn that was not made as asked."""
+    if not (doubt := document.get("rate_doubt")):
+        return ExitStatus.DONE
+    note(f"{document['axis']}: {doubt}")
+    return ExitStatus.FAILED
 
 
 def _stopped(opened: Rig, axis: str | None, rig_file: Path) -> dict[str, Any]:
@@ -299,7 +311,7 @@ def _moving(opened: Rig, before_deg: dict[str, float]) -> list[str]:
     for name, device in opened.axes.items():
         state = device.state()
         turned_deg = state.position_deg - before_deg[name]
-        if state.is_moving or abs(turned_deg) > device.arrival_tolerance_deg:
+        if state.is_moving or abs(turned_deg) > band_deg(device.arrival_tolerance_deg):
             moving.append(name)
             note(
                 f"{name}: moves: {turned_deg:+.4f}° while the channels were read, which are of no one attitude;"

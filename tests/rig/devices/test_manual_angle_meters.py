@@ -122,6 +122,30 @@ def test_one_that_goes_on_streaming_is_no_answer() -> None:
         level.prepare()
 
 
+@pytest.mark.parametrize("dialect", ["meas-dpg", "bei-ags"])
+@pytest.mark.parametrize("into_the_burst", [0, 3])
+def test_one_that_loses_power_streams_again_and_is_told(dialect: str, into_the_burst: int) -> None:
+    """DPG p. 11: `s` holds until power-on. As seen: 7.654° of the stream was read as an answer, without a word."""
+    twin = AngleMeterTwin(AngleCodec(load_angle_dialect(dialect)), "deg", lambda _axis, _value, _now: 1.0)
+    level = meter(dialect, twin)
+    clock = level._clock
+    level.prepare()
+    assert reads(level, samples=3) == [1.0] * 3
+    left = into_the_burst
+
+    def wait(duration_s: float) -> None:
+        nonlocal left
+        clock.sleep(duration_s)
+        if left == 0:
+            twin.power_cycle(clock.monotonic_s())
+            clock.sleep(0.5)
+        left -= 1
+
+    with pytest.raises(DeviceFault, match=r"level: it streams again, though it was told to be quiet.*it lost power"):
+        level.read("level.x", 6, wait)
+    assert level.read("level.x", 6, clock.sleep).samples.tolist() == [1.0] * 6  # whoever heard of it may go on
+
+
 def test_the_lds1000_s_unit_is_asked_for() -> None:
     """EDH0170 p. 37: "1TP-1596.3"; p. 48: the unit is a setting, and TA tells it."""
     text = b"1TA,RT,04512,1,\xb5rad,00102,00241\r\n"

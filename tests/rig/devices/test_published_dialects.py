@@ -4,7 +4,7 @@ import pytest
 from table_bench import example_rig, virtual_clock
 
 from rig.devices.indexing_table import IndexingTableAxis, IndexingTableSettings, connect
-from rig.errors import DeviceFault, DeviceRefused, RigError
+from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RigError
 from rig.link.faults import Part
 from rig.link.memory import MemoryStream
 from rig.motion.move import home_and_arrive, move_and_arrive
@@ -120,6 +120,25 @@ def test_a_head_of_this_dialect_is_homed_moved_and_found_at_rest(name: str) -> N
         axis.stop()
     told = any("where it was sent, not where it stands" in remark for remark in settings.remarks())
     assert told is (name in {"parker-6k", "newmark-nsc-a1"})  # TPC and PX count the pulses of the motor
+
+
+class _Prefixed:
+    """Every reply with "1:" before it, as the MX driver of the PM304 requires and ISIS' emulator sends."""
+
+    def on_write(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(data),)
+
+    def on_read(self, data: bytes) -> tuple[Part, ...]:
+        return (Part(b"1:" + data),)
+
+
+def test_a_mclennan_that_puts_its_number_before_each_reply_is_refused_when_it_is_asked_who_it_is() -> None:
+    axis, _twin, _world, stream = _head("mclennan-pm304")
+    stream._faults = _Prefixed()  # type: ignore[assignment]
+    with pytest.raises(
+        DeviceNonsense, match=r"1:Mclennan Servo Supplies Ltd\..*not a line of the dialect mclennan-pm304"
+    ):
+        axis.identify()
 
 
 def test_the_line_is_that_of_the_dialect() -> None:

@@ -3,9 +3,12 @@
 Source: docs/devices/rate-table.md. No manual could be used; nothing here is a manual's sentence.
 """
 
+import math
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pytest
 from table_bench import example_rig, virtual_clock
 
@@ -15,9 +18,22 @@ from rig.errors import DescriptionError, DeviceRefused, RequestRefused
 from rig.link import faults
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
+from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.twins.rate_table import RateTableTwin
 from rig.twins.world import World
-from rig.wire.indexing_table import AskPosition, Enable, Home, Move, Rate, Speed, Stop, TableCodec
+from rig.wire.indexing_table import (
+    AskPosition,
+    Command,
+    Enable,
+    Home,
+    Move,
+    Position,
+    Rate,
+    Reply,
+    Speed,
+    Stop,
+    TableCodec,
+)
 from rig.wire.table_dialect import load_dialect, rate_dialects
 
 IDEAL, ACUTRONIC = "ideal-aerosmith-1270vs", "acutronic-acutrol3000"
@@ -46,6 +62,62 @@ class Bench:
         self.axis.home()
         self.clock.sleep(60.0)
         assert self.axis.state().is_homed
+
+
+class Encoder(RateTableTwin):
+    """With the noise of a servo that holds its place, and its settling, over a second, on a target."""
+
+    sigma_deg = settling_deg = 0.0
+
+    def __init__(self, codec: TableCodec, axes: Mapping[int, str], world: World) -> None:
+        super().__init__(codec, axes, world)
+        self._random = np.random.default_rng(5)
+        self._ends_s = 0.0
+
+    def _reply(self, command: Command, number: int, now_s: float) -> Reply:
+        reply = super()._reply(command, number, now_s)
+        if self.axes[number].is_moving(now_s):
+            self._ends_s = now_s
+        if not isinstance(reply, Position):
+            return reply
+        off_deg = self.sigma_deg * float(self._random.standard_normal())
+        return Position(reply.position_deg + off_deg - self.settling_deg * math.exp(self._ends_s - now_s))
+
+
+def _encoder(**changes: object) -> tuple[Bench, Encoder]:
+    bench = Bench(ACUTRONIC, **changes)
+    encoder = Encoder(bench.codec, {1: "pitch"}, bench.world)
+    bench.stream = MemoryStream(encoder, bench.clock, ACUTRONIC, bench.faults)
+    bench.axis = connect({"pitch": bench.settings}, bench.stream)["pitch"]
+    return bench, encoder
+
+
+@pytest.mark.parametrize("sigma_deg", [0.0, 1e-4, 2e-4, 3e-4])
+def test_a_servo_that_holds_its_place_homes_goes_turns_and_stops_by_its_positions_alone(sigma_deg: float) -> None:
+    """As seen with 0.0002°: --home and --to ended "still moving at 7.6e-05°, 20 s after the stop"."""
+    bench, encoder = _encoder(arrival_tolerance_deg=0.001)
+    encoder.sigma_deg = sigma_deg
+    home_and_arrive(bench.axis, bench.clock, bench.clock.sleep)
+    for target_deg in (20.0, 20.5, 0.0):
+        move_and_arrive(bench.axis, target_deg, bench.clock, bench.clock.sleep)
+    bench.axis.start_rate(20.0)
+    bench.clock.sleep(5.0)
+    assert bench.axis.state().is_moving
+    stop_all({"pitch": bench.axis}, bench.clock)  # type: ignore[dict-item]
+    assert not any(bench.axis.state().is_moving for _ in range(300))
+
+
+@pytest.mark.parametrize("settling_deg", [0.0015, 0.003, 0.01, 0.1])
+def test_a_servo_that_settles_slowly_has_not_arrived_before_it_is_there(settling_deg: float) -> None:
+    bench, encoder = _encoder(arrival_tolerance_deg=0.001)
+    home_and_arrive(bench.axis, bench.clock, bench.clock.sleep)
+    bench.clock.sleep(10.0)
+    encoder.settling_deg = settling_deg
+    said: list[str] = []
+    assert move_and_arrive(bench.axis, 20.0, bench.clock, bench.clock.sleep, said.append) == pytest.approx(
+        20.0, abs=1e-3
+    )
+    assert said == []
 
 
 @pytest.mark.parametrize(

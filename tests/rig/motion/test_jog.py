@@ -82,7 +82,7 @@ def test_a_turn_that_is_over_before_its_first_answer_has_a_rate_all_the_same(tmp
     slow = FaultPlan(fault={"slow": FaultRule(line="axes.roll", kind="delay", delay_s=0.3, every=1)})
     with open_rig(read_rig(rig_file(tmp_path, STAGE_FOR_ROLL)), faults=slow) as rig:
         home(rig, "roll", rig.clock.sleep)
-        rate = turn_for(rig, "roll", 5.0, 0.25, rig.clock.sleep)
+        rate = turn_for(rig, "roll", 5.0, 0.25, rig.clock.sleep).measured
     assert rate.turned_deg > 0.0
     assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.1)
 
@@ -91,9 +91,28 @@ def test_gathering_speed_is_no_part_of_a_measured_rate(tmp_path: Path) -> None:
     table, drive = DRIVE_FOR_ROLL
     with open_rig(read_rig(rig_file(tmp_path, (table, f"{drive}acceleration_dps2 = 4.0\n")))) as rig:
         home(rig, "roll", rig.clock.sleep)
-        rate = turn_for(rig, "roll", 5.0, 4.0, rig.clock.sleep)  # 5 deg/s after 1.25 s
+        turn = turn_for(rig, "roll", 5.0, 4.0, rig.clock.sleep)  # 5 deg/s after 1.25 s
+    rate = turn.measured
+    assert turn.doubt == ""
     assert rate.rate_dps == pytest.approx(5.0, abs=rate.uncertainty_dps + 0.01)
     assert rate.turned_deg == pytest.approx(4.0 * 5.0 - 0.5 * 1.25 * 5.0, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("for_s", "is_missed", "is_changing"),
+    [(4.0, True, True), (9.0, True, True), (14.0, True, True), (30.0, False, False)],
+)
+def test_a_rate_by_hand_that_was_not_reached_or_not_constant_is_told(
+    tmp_path: Path, for_s: float, is_missed: bool, is_changing: bool
+) -> None:
+    """At 2 °/s² 20 °/s take 10 s: the second half of 14 s holds 3 s of ramp. As seen: 50 °/s asked, 7.6 told."""
+    table, drive = DRIVE_FOR_ROLL
+    with open_rig(read_rig(rig_file(tmp_path, (table, f"{drive}acceleration_dps2 = 2.0\n")))) as rig:
+        home(rig, "roll", rig.clock.sleep)
+        turn = turn_for(rig, "roll", 20.0, for_s, rig.clock.sleep)
+    assert ("it was not reached" in turn.doubt) == is_missed
+    assert ("it was not constant" in turn.doubt) == is_changing
+    assert turn.doubt == "" or turn.doubt.startswith("asked for +20 °/s: ")
 
 
 @pytest.mark.parametrize(

@@ -41,6 +41,7 @@ FRAMES: list[tuple[str, Command, bytes, bytes, Reply]] = [
     ("inficon-srt-422", AskState(1), b"$D\r", b"$*M", MOVING),
     ("inficon-srt-422", AskState(1), b"$D\r", b"$*R", AT_REST),
     ("yaesu-gs-232", AskPosition(1), b"C2\r", b"+0180+0000", Position(180.0)),
+    ("mclennan-pm304", Identify(), b"1ID\r", b"Mclennan Servo Supplies Ltd. PM304 V6.15", Identity("PM304 V6.15")),
     ("mclennan-pm304", AskState(1), b"1OS\r", b"00010000", AT_REST),
     ("mclennan-pm304", AskState(1), b"1OS\r", b"00000000", MOVING),
     ("mclennan-pm304", AskPosition(1), b"1OA\r", b"AP=10234", Position(10.234)),
