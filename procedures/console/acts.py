@@ -47,6 +47,8 @@ class Action:
     is_remounted: bool
     fields: Mapping[str, str]
     """All that was sent, for what only some acts have."""
+    may_arm: bool = False
+    """Whether who asks may arm the queue of that rig, from where the browser is."""
 
 
 @dataclass(frozen=True, slots=True)

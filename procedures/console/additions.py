@@ -18,6 +18,8 @@ from procedures.errors import ProcedureError
 from procedures.kinds.read import read_procedure
 from procedures.queue.adding import add_run
 from procedures.queue.state import ItemState
+from rig.description.read import read_rig
+from rig.description.rig_file import RigDescription
 from rig.errors import RigError
 from rig.toml_file import values_in
 
@@ -42,6 +44,11 @@ def offered(folder: Path) -> Offered:
     )
 
 
+def is_rig_file(folder: Path, name: str) -> bool:
+    """Return whether a name is that of an offered rig file: of what stops, which reads no other file for it."""
+    return Path(name).name == name and name.endswith(".toml") and "rig" in _tables(folder / name)
+
+
 def _tables(path: Path) -> frozenset[str]:
     try:
         if path.is_symlink() or not path.is_file() or path.stat().st_size > LONGEST_FILE:
@@ -60,8 +67,16 @@ class Additions:
     _busy: Lock = field(default_factory=Lock)
 
     async def act(self, request: Request) -> Response:
-        """Add an item. It begins nothing: what is added by another person than armed it disarms the queue."""
-        return await self.acting.answer(request, "add", lambda: None, self._perform, "/queue")
+        """Add an item. It begins nothing: by another person than armed the queue, or who may not, that is disarmed."""
+        return await self.acting.answer(request, "add", self._rig_of, self._perform, "/queue")
+
+    def _rig_of(self, action: Action) -> RigDescription | None:
+        """Return the rig file that is added; None where it cannot be read: then nothing is allowed by it."""
+        name = action.fields.get("rig", "")
+        try:
+            return read_rig(self.console.files / name) if is_rig_file(self.console.files, name) else None
+        except RigError:
+            return None
 
     def _perform(self, action: Action) -> Answer:
         if not self._busy.acquire(blocking=False):
@@ -88,6 +103,7 @@ class Additions:
                 action.by,
                 not_before=times.get("not_before", "").strip(),
                 not_after=times.get("not_after", "").strip(),
+                may_arm=action.may_arm,
             )
         except (ProcedureError, RigError) as error:
             return Answer(REFUSED, f"add: {error}")

@@ -2,8 +2,9 @@
 
 import asyncio
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
 from anyio.to_thread import run_sync
@@ -16,10 +17,10 @@ from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from ams.archive.due_list import SENSOR_EVERY_DAYS, due_list
+from ams.archive.due_list import SENSOR_EVERY_DAYS, Due, due_list
 from ams.archive.refusals import without_password
-from ams.archive.run_search import search_runs
-from ams.archive.sets import list_sets
+from ams.archive.run_search import FoundRun, search_runs
+from ams.archive.sets import ArchivedSet, list_sets
 from ams.errors import ArchiveAbsent, ArchiveError
 from procedures.console.acting import Acting, new_key
 from procedures.console.additions import Additions
@@ -27,10 +28,10 @@ from procedures.console.entrance import Entrance
 from procedures.console.gate import Gate, token_of
 from procedures.console.jogging import Jogging
 from procedures.console.live_pages import ALL_TAKEN, PUT_ASIDE, LivePage
-from procedures.console.night import damage_words, needs_a_person, night
+from procedures.console.night import Archived, archived, damage_words, needs_a_person, night
 from procedures.console.queues import QueuePages, undecided_items
 from procedures.console.sessions import Visitor
-from procedures.console.shared import Console
+from procedures.console.shared import ARCHIVE_S, BESIDE_S, Console
 from procedures.console.templates_of import HERE, Pages
 from procedures.console.watched_run import RunPage
 from procedures.console.withdrawn_sets import withdrawn_sentence
@@ -122,23 +123,30 @@ class _Pages:
             damaged=next((damage_words(run) for run in listed if run.path.name == name and run.damaged), ""),
             others=[run for run in others if not run.trouble][:MOST_NAMED],
             unread=[run for run in others if run.trouble][:MOST_NAMED],
-            **await run_sync(self._banner_of, page),
+            **await self._banner_of(page),
             key=new_key(),
         )
 
-    def _banner_of(self, page: RunPage) -> dict[str, Any]:
+    async def _banner_of(self, page: RunPage) -> dict[str, Any]:
         """Return what the banner of a run is made from."""
         return {
             "page": page,
             "waits": needs_a_person(page),
-            "item": self._item_of(page),
-            "verdict": self._verdict(page),
+            "item": await run_sync(self._item_of, page),
+            "verdict": await self._verdict(page),
         }
 
-    def _verdict(self, page: RunPage) -> Mapping[str, object] | None:
-        """Return what a run came to; of one whose set was withdrawn since, that."""
-        gone = withdrawn_sentence(self._console.archive_url, page.run_id) if page.verdict else ""
-        return {**page.verdict, "sentence": gone, "trust": "unusable"} if gone and page.verdict else page.verdict
+    async def _verdict(self, page: RunPage) -> Mapping[str, object] | None:
+        """Return what a run came to; of one whose set was withdrawn since, that, or that nobody knows."""
+        if not page.verdict:
+            return page.verdict
+        url = self._console.archive_url
+        try:
+            gone = await self._console.of_archive(partial(withdrawn_sentence, url, page.run_id), BESIDE_S)
+        except ArchiveError as error:
+            known = f"{page.verdict.get('sentence', '')} Whether its set was withdrawn since is not known: {error}."
+            return {**page.verdict, "sentence": known}
+        return {**page.verdict, "sentence": gone, "trust": "unusable"} if gone else page.verdict
 
     def _item_of(self, page: RunPage) -> int | None:
         """Return the number of the queue's item that waits for what becomes of this run; None where none does."""
@@ -159,16 +167,20 @@ class _Pages:
         listed = await run_sync(console.listed)
         items = await run_sync(undecided_items, console.queues, console.clock)
         now_utc = console.clock.now_utc()
-        summary = await run_sync(night, listed, console.archive_url, now_utc, items)
+        try:
+            known = await console.of_archive(partial(archived, listed, console.archive_url, now_utc), ARCHIVE_S)
+        except ArchiveError as error:
+            known = Archived((), str(error), {})
+        summary = await run_sync(night, listed, known, now_utc, items)
         return self._shown(request, "night.html.j2", here="night", night=summary, today=local_day(now_utc))
 
     async def archive(self, request: Request) -> Response:
         words, standard = request.query_params.get("q", ""), request.query_params.get("standard")
         url, absent = self._console.archive_url, False
         try:
-            found = await run_sync(search_runs, url, words.split(), standard)
-            sets = await run_sync(list_sets, url)
-            due = await run_sync(due_list, url)
+            found, sets, due = await self._console.of_archive(
+                partial(_of_the_archive, url, words.split(), standard), ARCHIVE_S
+            )
         except ArchiveAbsent:  # as on every new bench: the first finished run makes it
             found, sets, due, absent = (), (), (), True
         sensors = {coefficients.sensor: coefficients for coefficients in sets}
@@ -181,7 +193,8 @@ class _Pages:
     async def sensor(self, request: Request) -> Response:
         sensor = request.path_params["sensor"]
         try:
-            sets = await run_sync(list_sets, self._console.archive_url, sensor)
+            url = self._console.archive_url
+            sets = await self._console.of_archive(partial(list_sets, url, sensor), ARCHIVE_S)
         except ArchiveAbsent:
             sets = ()
         if not sets:
@@ -196,7 +209,7 @@ class _Pages:
         page = await run_sync(self._console.page, request.path_params["name"])
         document = {**page.status.to_document(), "run": page.run_id, "alive": page.is_alive}
         document["state_sequence"] = page.status.state_sequence
-        return JSONResponse(document | {"rows": dict(page.rows), "verdict": await run_sync(self._verdict, page)})
+        return JSONResponse(document | {"rows": dict(page.rows), "verdict": await self._verdict(page)})
 
     async def api_map(self, request: Request) -> Response:
         watched = await run_sync(self._console.watched, request.path_params["name"])
@@ -251,7 +264,7 @@ class _Pages:
             ):
                 page, now_s = await run_sync(self._console.page, name), self._console.clock.monotonic_s()
                 if page.version != version:
-                    banner = self._templates.html("banner.html.j2", **await run_sync(self._banner_of, page))
+                    banner = self._templates.html("banner.html.j2", **await self._banner_of(page))
                     html = self._templates.html("standing.html.j2", page=page)
                     news = {"banner": banner, "html": html, "done": page.status.dwells_done}
                     if (now_offered := _offered(page, visitor)) != offered:
@@ -289,6 +302,13 @@ class _Pages:
     def _shown(self, request: Request, template: str, status_code: int = 200, **values: object) -> Response:
         visitor = self._console.sessions.visitor(token_of(request.headers, self._console.site))
         return self._templates.shown(template, status_code, visitor=visitor, **values)
+
+
+def _of_the_archive(
+    url: str, words: list[str], standard: str | None
+) -> tuple[Sequence[FoundRun], Sequence[ArchivedSet], Sequence[Due]]:
+    """Return what the page of the archive shows."""
+    return search_runs(url, words, standard), list_sets(url), due_list(url)
 
 
 def _offered(page: RunPage, visitor: Visitor) -> str:

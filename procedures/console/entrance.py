@@ -6,11 +6,20 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 
 from procedures.console.gate import read_fields, require_token, token_of
-from procedures.console.sessions import LIFE_S
+from procedures.console.sessions import LIFE_S, LOCKED_S, MOST_WRONG
 from procedures.console.shared import Console
 from procedures.console.templates_of import Pages
+from procedures.errors import RequestError
 
 WRONG = "name or secret is wrong, or too many were tried: then wait a minute"
+NO_LINK = "calrig console: this link was used, or is none; the terminal has the next\n"
+LOCKED = (
+    f"calrig console: {MOST_WRONG} wrong links were tried, so that no link is looked at for {LOCKED_S:.0f} s; nobody "
+    "was let in, and no link was used up; open the one that the terminal told last once more then\n"
+)
+OF_HERE = ("none", "same-origin")
+"""As a browser says it of what a person typed or opened. A link in a mail is of another site, and so is what any page
+fetches that is open in it: that enters where it is right, and locks nobody out where it is wrong."""
 
 
 class Entrance:
@@ -22,9 +31,10 @@ class Entrance:
 
     async def enter(self, request: Request) -> Response:
         before = token_of(request.headers, self._console.site)
-        token = self._console.sessions.enter(request.query_params.get("key", ""), before)
+        counts = request.headers.get("sec-fetch-site", "none") in OF_HERE
+        token = self._console.sessions.enter(request.query_params.get("key", ""), before, counts=counts)
         if token is None:
-            return PlainTextResponse("calrig console: this link was used, or is none; the terminal has the next\n", 403)
+            return PlainTextResponse(LOCKED if self._console.sessions.is_link_locked() else NO_LINK, 403)
         self._console.entered.set()
         return self._let_in(self._pages.shown("entered.html.j2"), token)
 
@@ -38,7 +48,10 @@ class Entrance:
             person = None
             if not sessions.is_locked(name):
                 person = await run_sync(sessions.people.identify, name, secret)
-                token = sessions.log_in(name, person, token_of(request.headers, self._console.site))
+                try:
+                    token = sessions.log_in(name, person, token_of(request.headers, self._console.site))
+                except RequestError as error:
+                    return self._pages.shown("login.html.j2", 503, message=str(error))
         if person is None or token is None:
             return self._pages.shown("login.html.j2", 403, message=WRONG)
         return self._let_in(RedirectResponse("/", 303), token)

@@ -21,7 +21,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from procedures.console.acting import Acting, new_key
 from procedures.console.acts import ACCEPTED, REFUSED, Action, Answer
-from procedures.console.additions import offered
+from procedures.console.additions import is_rig_file, offered
 from procedures.console.benches import Benches
 from procedures.console.gate import token_of
 from procedures.console.rights import refusal
@@ -134,25 +134,27 @@ class Jogging:
 
     def _file(self, name: str) -> Path:
         """Return a rig file of the console's folder by its plain name. Raises: HTTPException."""
-        if name not in offered(self._console.files).rigs:
+        if not is_rig_file(self._console.files, name):
             raise HTTPException(404, "there is no such rig file in the folder of the console")
         return self._console.files / name
 
-    # A stop, by a form: it needs neither script nor socket, and hears no other page before it.
+    # A stop, by a form: it needs neither script nor socket, and waits for no other page and no disk before it is told.
 
     async def stop(self, request: Request) -> Response:
-        rig = await run_sync(self._file, request.path_params["rig"])
+        name = request.path_params["rig"]
 
         def tell_bench(action: Action) -> None:
-            if (bench := self._benches.find(rig)) is not None:
+            if (bench := self._benches.find(self._console.files / name)) is not None:
                 bench.send("form", action.by, action.address, {"say": "stop"})
 
-        back = f"/jog/{request.path_params['rig']}"
         return await self._acting.answer(
-            request, "halt", lambda: None, partial(self._halt, rig), back, at_once=tell_bench
+            request, "halt", lambda _: None, partial(self._halt, name), f"/jog/{name}", at_once=tell_bench
         )
 
-    def _halt(self, rig: Path, action: Action) -> Answer:
+    def _halt(self, name: str, action: Action) -> Answer:
+        rig = self._console.files / name
+        if self._benches.find(rig) is None:  # of one that is open the file may be gone
+            rig = self._file(name)
         outcomes: dict[str, str] = {}
         for guard in of_rig(str(rig)):
             outcomes |= stop_by_guard(guard, None, action.by) or {}

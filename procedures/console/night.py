@@ -51,6 +51,17 @@ class NightRun:
 
 
 @dataclass(frozen=True, slots=True)
+class Archived:
+    """What the archive tells of a night."""
+
+    due: tuple[Due, ...]
+    trouble: str
+    """Why it tells nothing."""
+    gone: Mapping[str, str]
+    """Of each run whose set was withdrawn since, the sentence that says so."""
+
+
+@dataclass(frozen=True, slots=True)
 class Night:
     """The page."""
 
@@ -68,20 +79,35 @@ def evening_before(now_utc: datetime, zone: tzinfo | None = None) -> datetime:
     return from_the_wall(evening, zone)
 
 
-def night(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime, undecided: Mapping[Path, int]) -> Night:
+def archived(listed: Iterable[ListedRun], archive_url: str, now_utc: datetime) -> Archived:
+    """Return what the archive tells of the night; one that tells nothing is asked no second time."""
+    due, trouble = _due(archive_url, local_day(now_utc))
+    if trouble:
+        return Archived((), trouble, {})
+    names = [run.path.name for run in _of_the_night(listed, now_utc)]
+    try:
+        return Archived(due, "", {name: gone for name in names if (gone := withdrawn_sentence(archive_url, name))})
+    except ArchiveError as error:
+        return Archived(due, str(error), {})
+
+
+def night(listed: Iterable[ListedRun], known: Archived, now_utc: datetime, undecided: Mapping[Path, int]) -> Night:
     """Return what the page tells.
 
     Args:
         undecided: Items of queues that wait for what becomes of their run, by its folder.
     """
-    since_utc = evening_before(now_utc)
     runs = [
-        _night_run(run, undecided.get(run.path.resolve()), archive_url)
-        for run in listed
-        if run.is_alive or run.modified_utc >= since_utc
+        _night_run(run, undecided.get(run.path.resolve()), known.gone.get(run.path.name, ""))
+        for run in _of_the_night(listed, now_utc)
     ]
-    due, trouble = _due(archive_url, local_day(now_utc))
-    return Night(since_utc, tuple(sorted(runs, key=lambda run: not run.to_do)), due, trouble)
+    runs.sort(key=lambda run: not run.to_do)
+    return Night(evening_before(now_utc), tuple(runs), known.due, known.trouble)
+
+
+def _of_the_night(listed: Iterable[ListedRun], now_utc: datetime) -> list[ListedRun]:
+    since_utc = evening_before(now_utc)
+    return [run for run in listed if run.is_alive or run.modified_utc >= since_utc]
 
 
 def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
@@ -95,7 +121,7 @@ def _due(archive_url: str, today: date) -> tuple[tuple[Due, ...], str]:
     return tuple(soon), ""
 
 
-def _night_run(run: ListedRun, item: int | None, archive_url: str) -> NightRun:
+def _night_run(run: ListedRun, item: int | None, gone: str) -> NightRun:
     if run.trouble or run.state is None:
         return NightRun(
             run,
@@ -113,7 +139,7 @@ def _night_run(run: ListedRun, item: int | None, archive_url: str) -> NightRun:
     except ProcedureError as error:
         return NightRun(run, (), "", "", str(error))
     verdict = read_verdict(run.path, run.state) or {}
-    if verdict and (gone := withdrawn_sentence(archive_url, run.path.name)):
+    if verdict and gone:
         verdict = {**verdict, "sentence": gone, "trust": "unusable"}
     return NightRun(
         run,

@@ -23,7 +23,14 @@ from procedures.queue.hands import heed
 from procedures.queue.moments import moment
 from procedures.queue.state import Item, ItemState, Queue
 from procedures.queue.store import FILE, QueueStore
-from procedures.queue.words import armed_sentence, awaited_sentence, item_document, mounted_sentence, mounted_words
+from procedures.queue.words import (
+    armed_sentence,
+    awaited_sentence,
+    disarming_sentence,
+    item_document,
+    mounted_sentence,
+    mounted_words,
+)
 from procedures.queue.world import boot
 from rig.clock import Clock
 from rig.description.read import read_rig
@@ -97,7 +104,7 @@ class QueuePages:
     async def page(self, request: Request) -> Response:
         queues = await run_sync(shown_queues, self._console.queues, self._console.clock)
         files = await run_sync(offered, self._console.files)
-        visitor = self._console.visitor(request)
+        visitor, is_elsewhere = self._console.visitor(request), self._console.site.is_elsewhere(request.scope)
         return self._pages.shown(
             "queue.html.j2",
             here="queue",
@@ -108,10 +115,11 @@ class QueuePages:
             files=files,
             folder=self._console.files,
             runs=self._console.runs.folder,
+            disarms=visitor.role != "move" or (is_elsewhere and not visitor.may_move),
         )
 
     async def api(self, request: Request) -> Response:
-        queues = shown_queues(self._console.queues, self._console.clock)
+        queues = await run_sync(shown_queues, self._console.queues, self._console.clock)
         documents = [
             {
                 "queue": queue.name,
@@ -140,13 +148,14 @@ class QueuePages:
         return await self._acting.answer(request, act, partial(_rig_of, store), do, "/queue")
 
 
-def _rig_of(store: QueueStore) -> RigDescription | None:
-    """Return the rig file of what would run next; None where it cannot be read: then nothing is allowed by it."""
+def _rig_of(store: QueueStore, _action: Action) -> RigDescription | None:
+    """Return which rig file of what could run allows least; None where one cannot be read: then nothing is allowed."""
     items = store.read().in_state(ItemState.RESUMING, ItemState.UNDECIDED, ItemState.WAITING)
     try:
-        return read_rig(Path(items[0].rig.path)) if items else None
+        rigs = [read_rig(Path(path)) for path in sorted({item.rig.path for item in items})]
     except RigError:
         return None
+    return min(rigs, key=lambda rig: rig.console.motion_from_elsewhere, default=None)
 
 
 def _perform(store: QueueStore, clock: Clock, action: Action) -> Answer:
@@ -156,29 +165,28 @@ def _perform(store: QueueStore, clock: Clock, action: Action) -> Answer:
                 f"{action.act} does not say in view of which queue it was asked (expects); nothing was changed; "
                 "look again, then ask again"
             )
-        _say(store, action, clock.now_utc())
+        queue = _say(store, action, clock.now_utc())
     except ProcedureError as error:
         return Answer(REFUSED, str(error))
     except (KeyError, TypeError):
         return Answer(WRONG, f"{action.act}: something that it needs is missing; nothing was changed")
-    return Answer(ACCEPTED, f"{action.act}: done")
+    return Answer(ACCEPTED, "; ".join(filter(None, (f"{action.act}: done", disarming_sentence(queue)))))
 
 
-def _say(store: QueueStore, action: Action, now_utc: datetime) -> None:
-    number, seen = action.number or 0, action.expects  # disarming is taken as it comes
+def _say(store: QueueStore, action: Action, now_utc: datetime) -> Queue:
+    number, seen, may_arm = action.number or 0, action.expects, action.may_arm
     match action.act:
         case "arm":
-            people.arm(
-                store, action.by, moment(action.fields["until"], "until", now_utc), boot(), now_utc, expects=seen
-            )
-        case "disarm":
-            people.disarm(store, action.by)
+            until_utc = moment(action.fields["until"], "until", now_utc)
+            return people.arm(store, action.by, until_utc, boot(), now_utc, expects=seen)
         case "move":
-            people.move(store, number, whole_number(action.act, "to", action.fields) or 0, action.by, expects=seen)
+            to = whole_number(action.act, "to", action.fields) or 0
+            return people.move(store, number, to, action.by, may_arm=may_arm, expects=seen)
         case "remove":
-            people.remove(store, number, action.by, expects=seen)
+            return people.remove(store, number, action.by, may_arm=may_arm, expects=seen)
         case "attest":
-            words = people.words_typed(action.fields["mounted"])
-            people.attest(store, action.by, people.mounted_in(words), expects=seen)
+            mounted = people.mounted_in(people.words_typed(action.fields["mounted"]))
+            return people.attest(store, action.by, mounted, may_arm=may_arm, expects=seen)
         case "decide":
-            people.decide(store, number, action.fields["choice"], action.text, action.by, expects=seen)
+            return people.decide(store, number, action.fields["choice"], action.text, action.by, expects=seen)
+    return people.disarm(store, action.by)  # taken as it comes

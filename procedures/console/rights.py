@@ -10,6 +10,7 @@ from typing import Literal
 
 from procedures.accounts.people import ROLES, Role
 from procedures.console.sessions import Visitor
+from procedures.queue.state import LETS_START
 from rig.description.rig_file import RigDescription
 
 Act = Literal[
@@ -36,6 +37,9 @@ NEEDED: Mapping[Act, Role] = {
     "halt": "operate",
 }
 BEGINS_MOTION: tuple[Act, ...] = ("continue", "arm", "decide", "jog")
+LETS_MOVE: frozenset[str] = frozenset({*LETS_START, "void", "redo"})
+"""What begins no motion, and after which an armed queue could begin some that would not have come: who may not arm it
+disarms it by each of these."""
 STOPS: tuple[Act, ...] = ("stop", "abort", "halt")
 
 

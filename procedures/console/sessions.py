@@ -10,11 +10,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from procedures.accounts.people import People, Person, Role, same_name
+from procedures.errors import RequestError
 from rig.clock import Clock
 
 LIFE_S = 12 * 3600.0
 MOST = 32
-"""Sessions at once; the oldest ends for a new one."""
+"""Sessions at once."""
+OF_AN_ACCOUNT, BY_LINKS = 4, 12
+"""Of these at once: a new session ends the oldest of its own account, or of those by links, and nobody else's. As many
+as of one account are left to who enters by a link: accounts alone never take every place."""
+ALL_TAKEN = (
+    f"all {MOST - OF_AN_ACCOUNT} sessions that accounts may have at once are open, and none is yours; nobody was let "
+    "in; somebody has to leave first; what stops at once is the button at the machine"
+)
 MOST_WRONG = 20
 LOCKED_S = 60.0
 """After so many wrong keys nobody enters by a link for so long."""
@@ -87,17 +95,22 @@ class Sessions:
         self._code = _hashed(code)
         return f"{code[:4]} {code[4:]}"
 
-    def enter(self, key: str, before: str | None = None) -> str | None:
+    def is_link_locked(self) -> bool:
+        """Return whether too many wrong keys were tried: then not even the right one is looked at."""
+        return self._links.is_locked(self.clock.monotonic_s())
+
+    def enter(self, key: str, before: str | None = None, *, counts: bool = True) -> str | None:
         """Return the token of a new session and forget the key; None where it is not the key.
 
-        ``before``: a token that the browser has already; its session ends.
+        ``before``: a token that the browser has already; its session ends. ``counts``: whether a wrong key counts as a
+        try; what pages of other sites ask, which anybody's browser may be shown, locks nobody out.
         """
-        now_s = self.clock.monotonic_s()
-        if self._links.is_locked(now_s):
+        if self.is_link_locked():
             return None
         if not self._key or not secrets.compare_digest(_hashed(key), self._key):
-            self._links.fail(now_s, MOST_WRONG)
-            if self._links.is_locked(now_s):
+            if counts:
+                self._links.fail(self.clock.monotonic_s(), MOST_WRONG)
+            if self.is_link_locked():
                 self._links.wrong = 0
             return None
         self._key, self._links = "", _Tries()
@@ -108,7 +121,10 @@ class Sessions:
         return self._tries_of(name).is_locked(self.clock.monotonic_s())
 
     def log_in(self, name: str, person: Person | None, before: str | None = None) -> str | None:
-        """Return the token of a new session; None for nobody, which counts as a wrong try for that name."""
+        """Return the token of a new session; None for nobody, which counts as a wrong try for that name.
+
+        Raises: RequestError where accounts have every place, and this one has none.
+        """
         if person is None:
             self._tries_of(name).fail(self.clock.monotonic_s(), MOST_WRONG_SECRETS)
             return None
@@ -130,18 +146,25 @@ class Sessions:
     def end(self, token: str | None) -> None:
         """Forget a session."""
         if token:
-            self._visitors.pop(_hashed(token), None)
+            self._forget(_hashed(token))
 
     def visitor(self, token: str | None) -> Visitor | None:
         """Return whose session it is; None for one that has ended, or whose account is another now."""
         found = self._visitors.get(_hashed(token)) if token else None
         if found is None:
             return None
-        is_over = self.clock.monotonic_s() >= found.until_s
-        if is_over or (found.account is not None and self.people.find(found.name) != found.account):
-            del self._visitors[found.token]
+        if self._has_ended(found):
+            self._forget(found.token)
             return None
         return found
+
+    def _has_ended(self, visitor: Visitor) -> bool:
+        is_over = self.clock.monotonic_s() >= visitor.until_s
+        return is_over or (visitor.account is not None and self.people.find(visitor.name) != visitor.account)
+
+    def _forget(self, hashed: str) -> None:
+        self._visitors.pop(hashed, None)
+        self._acts.pop(hashed, None)
 
     def counts_act(self, visitor: Visitor) -> bool:
         """Count an act of a session; False where it has done too many."""
@@ -152,16 +175,29 @@ class Sessions:
         return is_allowed
 
     def _begin(self, name: str, role: Role, account: Person | None, before: str | None) -> str:
+        self._make_room(account, "" if before is None else _hashed(before))
         self.end(before)
-        while len(self._visitors) >= MOST:
-            oldest = next(iter(self._visitors))
-            del self._visitors[oldest]
-            self._acts.pop(oldest, None)
         token = self.new_secret()
         until_s = self.clock.monotonic_s() + LIFE_S
         hashed = _hashed(token)
         self._visitors[hashed] = Visitor(name, role, hashed, self.new_secret(), account, until_s)
         return token
+
+    def _make_room(self, account: Person | None, leaving: str) -> None:
+        """End the oldest session of the same account, or of those by links, where there are too many.
+
+        Raises: RequestError where there is none that could end.
+        """
+        for ended in [visitor for visitor in self._visitors.values() if self._has_ended(visitor)]:
+            self._forget(ended.token)
+        stay = [visitor for visitor in self._visitors.values() if visitor.token != leaving]
+        same = [visitor for visitor in stay if visitor.account == account]
+        by_accounts = sum(visitor.account is not None for visitor in stay)
+        is_full = len(stay) >= MOST or (account is not None and by_accounts >= MOST - OF_AN_ACCOUNT)
+        if is_full and not same:
+            raise RequestError(ALL_TAKEN)
+        if is_full or len(same) >= (BY_LINKS if account is None else OF_AN_ACCOUNT):
+            self._forget(same[0].token)
 
     def _tries_of(self, name: str) -> _Tries:
         while len(self._names) > 1000:

@@ -7,10 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 from threading import Lock
+from typing import TypeVar
 
 from starlette.exceptions import HTTPException
 from starlette.requests import HTTPConnection
 
+from ams.archive.refusals import without_password
+from ams.errors import ArchiveError
 from procedures.console.acts import Answer
 from procedures.console.gate import Site, token_of
 from procedures.console.live_pages import LivePages
@@ -24,6 +27,9 @@ from rig.clock import Clock
 from rig.description.read import rig_from_json
 from rig.description.rig_file import RigDescription
 
+T = TypeVar("T")
+ARCHIVE_S, BESIDE_S = 15.0, 3.0
+"""So long a page of the archive waits for it, and a page that only has a word of it beside other things."""
 MOST_WATCHED = 8
 MOST_ANSWERS = 1000
 Slot = tuple[str, str, str]
@@ -49,7 +55,11 @@ class Console:
     logging_in: asyncio.Lock = field(default_factory=asyncio.Lock)
     """One guess at a time: each takes memory and time by intention."""
     hands: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "acts"))
-    """For acts alone: a stop waits for no page that is being read."""
+    """For acts alone, which wait for no page that is being read."""
+    stops: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "stops"))
+    """For what stops, from its first line on: it waits for no other act, which may wait for a check or an archive."""
+    readers: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(8, "archive"))
+    """For what is read in the archive, whose server may never answer: what needs none waits for none."""
     live_pages: LivePages = field(default_factory=LivePages)
     _answers: OrderedDict[Slot, asyncio.Future[Answer]] = field(default_factory=OrderedDict)
     _watched: dict[str, WatchedRun] = field(default_factory=dict)
@@ -104,10 +114,23 @@ class Console:
         readable = [run for run in self.listed() if not run.trouble]
         return next((run.path.name for run in (*(run for run in readable if run.is_alive), *readable)), None)
 
+    async def of_archive(self, read: Callable[[], T], within_s: float) -> T:
+        """Return what is read in the archive; nobody waits for longer. Raises: ArchiveError; what ``read`` raises."""
+        reading = asyncio.get_running_loop().run_in_executor(self.readers, read)
+        try:
+            async with asyncio.timeout(within_s):
+                return await reading
+        except TimeoutError:
+            raise ArchiveError(
+                f"{without_password(self.archive_url)}: the archive gave no answer within {within_s:g} s; nothing is "
+                "shown of it; see whether its server runs, then load the page again"
+            ) from None
+
     async def once(self, slot: Slot, do: Callable[[], Answer], *, is_stop: bool) -> Answer:
         """Do an act in a thread; a page that heard nothing asks again with the same key, and the act counts once."""
         if not self.will_repeat(slot, is_stop=is_stop):
-            self._answers[slot] = asyncio.get_running_loop().run_in_executor(self.hands, do)
+            threads = self.stops if is_stop else self.hands
+            self._answers[slot] = asyncio.get_running_loop().run_in_executor(threads, do)
             while len(self._answers) > MOST_ANSWERS:
                 self._answers.popitem(last=False)
         return await asyncio.shield(self._answers[slot])
@@ -122,7 +145,8 @@ class Console:
         return before is not None and not (is_stop and before.done())
 
     def close(self) -> None:
-        self.hands.shutdown(wait=False, cancel_futures=True)
+        for threads in (self.hands, self.stops, self.readers):
+            threads.shutdown(wait=False, cancel_futures=True)
         for run in self._watched.values():
             run.close()
         self._watched.clear()

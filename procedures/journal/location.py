@@ -77,17 +77,19 @@ def location_of(run_dir: Path) -> dict[str, object]:
 
 
 def is_copy(run_dir: Path, before: Mapping[str, object]) -> bool:
-    """Return whether this is another file than the one that was written to last, and not the same that was moved.
+    """Return whether this is another folder than the one that was written to last, and not the same that was moved.
 
-    Where the other place holds no journal any more, the run was brought here whole.
+    Where the other place holds no journal any more, the run was brought here whole. One folder by two names (a bind
+    mount) is one run; two folders are two, also where they share the file: what copies by hard links (``cp -al``, a
+    backup) shares the journal and not the log beside it.
     """
-    now, this = location_of(run_dir), run_dir / JOURNAL_FILE
-    other = Path(str(before.get("path"))) / JOURNAL_FILE
+    now = location_of(run_dir)
+    other = Path(str(before.get("path")))
     if now["path"] == before.get("path"):
         return now["inode"] != before.get("inode")
     if now["inode"] != before.get("inode") and now["host"] != before.get("host"):
         return True
-    return other.exists() and not other.samefile(this)
+    return (other / JOURNAL_FILE).exists() and not other.samefile(run_dir)
 
 
 def file_system(folder: Path, mounts: Path = MOUNTS) -> str:

@@ -23,6 +23,7 @@ def add_run(
     *,
     not_before: str,
     not_after: str,
+    may_arm: bool = True,
 ) -> Item:
     """Add a run at the end of the queue of its rig and check it at once; a refused item stays with its sentences.
 
@@ -30,6 +31,8 @@ def add_run(
         queues: the folder of queues.
         procedure: as the caller has read it: what cannot be read is refused before.
         not_before: a time as people say it, such as 22:00; empty for none. So ``not_after``.
+
+        may_arm: whether who adds it may arm that queue: by who may not, it is disarmed.
 
     Raises: RequestError, rig.errors.RigError.
     """
@@ -46,4 +49,5 @@ def add_run(
         not_before_utc=moment(not_before, "--not-before", now) if not_before else None,
         not_after_utc=moment(not_after, "--not-after", now) if not_after else None,
         refused=checked(procedure.path, rig, out),
+        may_arm=may_arm,
     )

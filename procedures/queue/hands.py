@@ -22,8 +22,9 @@ from rig.errors import RigError
 from rig.lines.lock import LeftUse, LockOwner, identity_of, leave_use, owner_of, require_marks, uses
 
 ABORT, STOP, JOG_STOP, REMOUNTED, RESUME = "abort", "stop", "jog --stop", "package remounted", "calrig resume"
+TAKEN_BACK = "dwells taken back"
 """What is done to a rig without holding it, or before it is held."""
-LEAVES_MOUNTED = frozenset({ABORT, STOP, JOG_STOP, "jog", "devices", "attitude"})
+LEAVES_MOUNTED = frozenset({ABORT, STOP, JOG_STOP, TAKEN_BACK, "jog", "devices", "attitude"})
 """What a rig is held for while nobody puts other sensors on it. A run by hand may be of others, and so may the rest."""
 
 

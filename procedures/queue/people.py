@@ -1,6 +1,7 @@
 """What people say to the queue: each act is refused with a sentence, or is one event with a name.
 
 ``expects`` of an act is the sequence of the queue in view of which it was asked: it is refused for any other.
+``may_arm`` says whether who asks may arm the queue: by who may not, whatever lets something start disarms it.
 """
 
 import hashlib
@@ -57,6 +58,7 @@ def add(
     not_before_utc: datetime | None,
     not_after_utc: datetime | None,
     refused: Sequence[str],
+    may_arm: bool = True,
 ) -> Item:
     """Add an item at the end, with what its check said; ``named_files``: of procedure and rig. Raises: RequestError."""
     _require_name("add", by)
@@ -70,6 +72,7 @@ def add(
         return "add", {
             "item": queue.numbers + 1,
             "by": by,
+            "may_arm": may_arm,
             "title": title,
             **sources,
             "named_files": [asdict(named) for named in named_files],
@@ -86,7 +89,9 @@ def add(
     return store.change(decide).items[-1]
 
 
-def move(store: QueueStore, number: int, to: int, by: str, *, expects: int | None = None) -> Queue:
+def move(
+    store: QueueStore, number: int, to: int, by: str, *, may_arm: bool = True, expects: int | None = None
+) -> Queue:
     """Put an item before another, or at the end (``to`` 0). Raises: RequestError."""
     _require_name("move", by)
 
@@ -97,18 +102,18 @@ def move(store: QueueStore, number: int, to: int, by: str, *, expects: int | Non
                 f"queue move: there is no other item {to} to put item {number} before; nothing was changed; "
                 "calrig queue list"
             )
-        return "move", {"item": number, "to": to, "by": by}
+        return "move", {"item": number, "to": to, "by": by, "may_arm": may_arm}
 
     return store.change(_in_view("move", expects, decide))
 
 
-def remove(store: QueueStore, number: int, by: str, *, expects: int | None = None) -> Queue:
+def remove(store: QueueStore, number: int, by: str, *, may_arm: bool = True, expects: int | None = None) -> Queue:
     """Take an item out that has not begun. Raises: RequestError."""
     _require_name("remove", by)
 
     def decide(queue: Queue) -> Change:
         _require(queue, number, REMOVABLE, "remove")
-        return "remove", {"item": number, "by": by}
+        return "remove", {"item": number, "by": by, "may_arm": may_arm}
 
     return store.change(_in_view("remove", expects, decide))
 
@@ -193,13 +198,15 @@ def words_typed(line: str) -> list[str]:
         ) from None
 
 
-def attest(store: QueueStore, by: str, mounted: Mapping[str, str], *, expects: int | None = None) -> Queue:
+def attest(
+    store: QueueStore, by: str, mounted: Mapping[str, str], *, may_arm: bool = True, expects: int | None = None
+) -> Queue:
     """Say what is mounted: sensor to datum face. Raises: RequestError."""
     _require_name("attest", by)
     if not mounted:
         raise RequestError("queue attest: needed is what is mounted, such as SN1047 or SN1047=A; nothing was attested")
     heed(store)
-    said = {"by": by, "mounted": dict(mounted)}
+    said = {"by": by, "mounted": dict(mounted), "may_arm": may_arm}
     return store.change(_in_view("attest", expects, lambda _queue: ("attest", said)))
 
 

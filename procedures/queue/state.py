@@ -3,10 +3,12 @@
 =====================  ==================================================================================
 event                  what becomes of the queue
 =====================  ==================================================================================
-``add``, ``move``      the order is another; by another person than who armed it, it is disarmed
+``add``, ``move``,     the order is another; by another person than who armed it, it is disarmed
+``remove``
 ``checked``            an item that is refused stays with its sentences, until it is removed or added again
 ``arm``                what waits may start, until the time that was said, and until the next cold start
-``attest``             a person says what is mounted; the check set of the run verifies it by measurement
+``attest``             a person says what is mounted; the check set of the run verifies it by measurement. By who may
+                       not arm the queue, it is disarmed, as by ``add``, ``move`` and ``remove``
 ``used``               somebody had the rig outside the queue: it is disarmed; after all but a jog and a stop nobody
                        has said what is mounted
 ``unseen``             nobody could have left word of having the rig, as on a full disk: it is disarmed
@@ -49,6 +51,14 @@ class ItemState(StrEnum):
 
 AT_WORK = (ItemState.STARTING, ItemState.RUNNING)
 """It has the rig."""
+LETS_START: Mapping[str, str] = {
+    "add": "added to",
+    "move": "reordered",
+    "remove": "taken an item out of",
+    "attest": "said what is mounted for",
+}
+"""What people do that begins nothing, and lets an armed queue begin what it would not have begun, or not so soon; each
+as it is told. Arming and deciding are the other two, and need the right to."""
 OVER = (ItemState.FINISHED, ItemState.EXPIRED, ItemState.DROPPED, ItemState.REMOVED)
 
 
@@ -184,8 +194,25 @@ def folded(events: Iterable[Event], queue: Queue | None = None) -> Queue:
     """Return the queue after these events."""
     found = queue or Queue()
     for event in events:
-        found = replace(_after(found, event), sequence=event.sequence, events=(*found.events, event))
+        after = _disarmed_by_others(_after(found, event), event)
+        found = replace(after, sequence=event.sequence, events=(*found.events, event))
     return found
+
+
+def _disarmed_by_others(queue: Queue, event: Event) -> Queue:
+    """Disarm where somebody has let something start who may not, or who has changed what another person armed.
+
+    Who may arm it and says what is mounted has said what it was armed to wait for.
+    """
+    if queue.arming is None or event.kind not in LETS_START:
+        return queue
+    by = str(event.detail["by"])
+    how = f"{by} has {LETS_START[event.kind]} what {queue.arming.by} armed"
+    if not event.detail.get("may_arm", True):
+        return _disarmed(queue, f"{how}, by a role or from a place that may not arm it")
+    if event.kind != "attest" and queue.arming.by != by:
+        return _disarmed(queue, how)
+    return queue
 
 
 def _after(queue: Queue, event: Event) -> Queue:
@@ -194,10 +221,9 @@ def _after(queue: Queue, event: Event) -> Queue:
         case "add":
             item = _item(detail)
             known = queue.uses.union(detail.get("uses", ()))
-            added = replace(queue, items=(*queue.items, item), numbers=item.number, uses=known)
-            return _changed_by(added, str(detail["by"]), "added to")
+            return replace(queue, items=(*queue.items, item), numbers=item.number, uses=known)
         case "move":
-            return _changed_by(_moved(queue, int(detail["item"]), int(detail["to"])), str(detail["by"]), "reordered")
+            return _moved(queue, int(detail["item"]), int(detail["to"]))
         case "remove":
             return _with(queue, detail, state=ItemState.REMOVED)
         case "checked":
@@ -280,12 +306,6 @@ def _used(queue: Queue, detail: Detail) -> Queue:
         attestation=None,
         unsaid_because=f"{detail['who']} has had the rig, with what nobody has said; {before}",
     )
-
-
-def _changed_by(queue: Queue, by: str, how: str) -> Queue:
-    if queue.arming is None or queue.arming.by == by:
-        return queue
-    return _disarmed(queue, f"{by} has {how} what {queue.arming.by} armed")
 
 
 def _moved(queue: Queue, number: int, to: int) -> Queue:

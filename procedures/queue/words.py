@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from datetime import datetime
 
-from procedures.queue.state import OVER, Arming, Item, ItemState, Queue
+from procedures.queue.state import OVER, Arming, Item, ItemState, Queue, folded
 from rig.local_time import at_both
 from rig.plain_text import one_line
 
@@ -30,6 +30,14 @@ def armed_sentence(queue: Queue, boot: str, now_utc: datetime) -> str:
         return f"disarmed: {one_line(why)}"
     assert queue.arming is not None
     return armed_until(queue.arming)
+
+
+def disarming_sentence(queue: Queue) -> str:
+    """Say that what was done last has disarmed the queue, and why; empty where it has not."""
+    was_armed = folded(queue.events[:-1]).arming is not None
+    if queue.arming is not None or not was_armed:
+        return ""
+    return f"the queue is disarmed by it: {one_line(queue.disarmed_because)}; it starts nothing until it is armed again"
 
 
 def armed_until(arming: Arming) -> str:

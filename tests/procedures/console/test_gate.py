@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from starlette.testclient import WebSocketTestSession
+from starlette.testclient import TestClient, WebSocketTestSession
 from starlette.websockets import WebSocketDisconnect
 from visited_console import BASE, HOST, Visited
 
 from procedures.console.serve import bound
-from procedures.console.sessions import LIFE_S, MOST_WRONG
+from procedures.console.sessions import BY_LINKS, LIFE_S, MOST, MOST_WRONG, OF_AN_ACCOUNT
 from procedures.errors import RequestError
 
 
@@ -45,13 +45,61 @@ def test_a_link_works_once_and_a_session_for_twelve_hours(visited: Visited) -> N
     assert visited.browser.get("/").status_code == 401
 
 
-def test_keys_that_are_tried_lock_the_door_for_everybody_for_a_minute(visited: Visited) -> None:
-    for _ in range(MOST_WRONG):
-        assert visited.browser.get("/enter", params={"key": "guess"}).status_code == 403
+def test_keys_that_are_tried_lock_the_door_for_everybody_for_a_minute_and_say_so(visited: Visited) -> None:
     key = visited.sessions.new_key()
-    assert visited.browser.get("/enter", params={"key": key}).status_code == 403
+    for number in range(MOST_WRONG):
+        wrong = visited.browser.get("/enter", params={"key": "guess"})
+        assert (wrong.status_code, "was used, or is none" in wrong.text) == (403, number + 1 < MOST_WRONG)
+    locked = visited.browser.get("/enter", params={"key": key})
+    assert (locked.status_code, "no link is looked at for 60 s" in locked.text) == (403, True)
+    assert "is none" not in locked.text, "the terminal has no other: this one still opens it"
     visited.clock.sleep(61.0)
     assert visited.browser.get("/enter", params={"key": key}).status_code == 200
+
+
+@pytest.mark.parametrize("site", ["cross-site", "same-site"])
+def test_what_pages_of_other_sites_fetch_locks_nobody_out(visited: Visited, site: str) -> None:
+    """An image of any page that is open at the machine; a link in a mail comes the same way, and enters."""
+    headers = {"sec-fetch-site": site}
+    for _ in range(2 * MOST_WRONG):
+        assert visited.browser.get("/enter", params={"key": "x"}, headers=headers).status_code == 403
+    assert visited.browser.get("/enter", params={"key": visited.sessions.new_key()}).status_code == 200
+    key = visited.sessions.new_key()
+    assert visited.new_browser().get("/enter", params={"key": key}, headers=headers).status_code == 200
+
+
+def _logs_in(visited: Visited, name: str, secret: str) -> tuple[TestClient, int, str]:
+    browser = visited.new_browser()
+    answer = browser.post("/login", data={"name": name, "secret": secret}, headers={"origin": BASE})
+    return browser, answer.status_code, answer.text
+
+
+def test_an_account_ends_its_own_oldest_session_and_nobody_elses(visited: Visited) -> None:
+    """Whoever only looks could take the stop from everybody by logging in again and again."""
+    by_link, operator = visited.enter(), visited.person("Olga", "operate")
+    secret = visited.people.add("Wim", "watch", visited.clock.now_utc())
+    watchers = [_logs_in(visited, "Wim", secret)[0] for _ in range(MOST + 1)]
+    assert [browser.get("/healthz").status_code for browser in (by_link, operator)] == [200, 200]
+    assert [browser.get("/").status_code for browser in (by_link, operator)] == [200, 200]
+    assert [browser.get("/").status_code for browser in watchers] == [401] * (MOST + 1 - OF_AN_ACCOUNT) + [
+        200
+    ] * OF_AN_ACCOUNT
+
+
+def test_accounts_that_have_every_place_keep_out_the_next_but_no_link_and_put_nobody_aside(visited: Visited) -> None:
+    secrets = {f"P{n}": visited.people.add(f"P{n}", "watch", visited.clock.now_utc()) for n in range(8)}
+    crowd = [_logs_in(visited, name, secrets[name])[0] for name in list(secrets)[:7] for _ in range(OF_AN_ACCOUNT)]
+    assert len(crowd) == MOST - OF_AN_ACCOUNT
+    _, code, text = _logs_in(visited, "P7", secrets["P7"])
+    assert (code, "none is yours; nobody was let in" in text) == (503, True)
+    links = [visited.new_browser() for _ in range(BY_LINKS)]
+    for browser in links:
+        assert browser.get("/enter", params={"key": visited.sessions.new_key()}).status_code == 200
+    assert [browser.get("/").status_code for browser in crowd] == [200] * len(crowd)
+    assert [browser.get("/").status_code for browser in links].count(200) == OF_AN_ACCOUNT, "32 at once in all"
+    visited.people.remove("P0")
+    assert _logs_in(visited, "P7", secrets["P7"])[1] == 303, "the places of an account that has gone are free"
+    assert [browser.get("/").status_code for browser in crowd[OF_AN_ACCOUNT:]] == [200] * (len(crowd) - OF_AN_ACCOUNT)
 
 
 @pytest.mark.parametrize("host", ["evil.example", "127.0.0.1:1", "127.0.0.1", "localhost.evil.example:8600", ""])

@@ -87,8 +87,11 @@ class QueueWalk:
     def attest(self) -> None:
         is_right = self.chance.random() < 0.9
         needs = people.needs_of(self.rig)
-        people.attest(self.scene.store, ANNA, needs if is_right else {"SN9": ""})
+        may_arm = self.chance.random() < 0.9
+        people.attest(self.scene.store, ANNA, needs if is_right else {"SN9": ""}, may_arm=may_arm)
         self.mounted, self.is_said_since = is_right, True
+        if not may_arm:
+            self.armed_by, self.word_stands = "", False
 
     def decide(self) -> None:
         choice = self.one_of("resume", "again", "drop")
@@ -114,6 +117,7 @@ class QueueWalk:
         except RequestError:
             return
         self.allowed[number] = []
+        self.changed_by(BEN)
 
     def time_passes(self) -> None:
         hours = self.one_of(0.2, 0.5, 5.0)

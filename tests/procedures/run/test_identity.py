@@ -1,5 +1,6 @@
 """Which run it is, when it was, and what its record must never hold."""
 
+import os
 import re
 import shutil
 from dataclasses import replace
@@ -17,7 +18,9 @@ from procedures.cli.main import run_command
 from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
 from procedures.errors import RequestError
 from procedures.journal.corrections import Authorisation, redo
+from procedures.journal.location import is_copy, location_of
 from procedures.journal.status import status
+from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.resume import resume
@@ -47,6 +50,23 @@ def test_fault_82_a_copied_run_is_resumed_only_by_somebody_who_answers_for_it(tm
     refused = deliver(replace(solved, record=replace(solved.record, run_id="run")), url)
     assert "the archive has it with another journal" in refused.parts["archive"]
     assert refused.parts["pdf"] == "done"
+
+
+def test_a_copy_by_hard_links_is_a_copy_and_the_run_itself_goes_on_beside_it(tmp_path: Path) -> None:
+    """``cp -al``, as backups make them: the journal is one file, the log beside it is not, and both could go on."""
+    small, run_dir, linked = bench(tmp_path), tmp_path / "run", tmp_path / "linked"
+    run_unattended(small, UnattendedRun(run_dir, after={5: asks("stop")}))
+    shutil.copytree(run_dir, linked, copy_function=os.link)
+    assert (linked / JOURNAL_FILE).samefile(run_dir / JOURNAL_FILE)
+    with pytest.raises(RequestError, match="this is a copy, and both could go on"):
+        resume(linked, "tester")
+    place = location_of(run_dir)
+    (tmp_path / "name").symlink_to(run_dir, target_is_directory=True)
+    assert not is_copy(tmp_path / "name", place)
+    assert is_copy(linked, place)
+    other_name = {**place, "path": str(tmp_path / "name")}
+    assert not is_copy(run_dir, other_name), "one folder by two names, as a bind mount gives it"
+    assert resume(run_dir, "tester").state is State.FINISHED
 
 
 def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Path) -> None:
