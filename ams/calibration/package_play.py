@@ -12,6 +12,7 @@ from ams.calibration.output.believed import Believed, evidence_of
 from ams.calibration.output.diagnosis import Circumstances
 from ams.calibration.solving.columns import SolvedColumns
 from ams.calibration.steps.step_columns import beside_of, step_columns
+from ams.calibration.together.attitude_turn import judge_attitude_turn
 from ams.calibration.together.backlash import judge_play
 from ams.calibration.together.backlash_found import Play
 from ams.calibration.together.in_step import judge_in_step
@@ -47,7 +48,8 @@ def shown_by_package(package: Sequence[OutputOfGroup]) -> tuple[Sequence[Play], 
         return (), None
     level = len(package) * LEVEL / under.family / MOST_TESTS
     outputs = [_without_steps(*output) for output in package]
-    judged = (judge_roll_turn(outputs, level), judge_in_step(outputs, level))
+    turn = judge_roll_turn(outputs, level) or judge_attitude_turn(outputs, level)
+    judged = (turn, judge_in_step(outputs, level))
     wide = min((found for found in judged if found is not None), key=lambda found: found.p_value, default=None)
     return judge_play(outputs, level, under.single_approach), wide
 

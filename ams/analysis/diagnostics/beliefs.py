@@ -48,7 +48,7 @@ AXIS_OVER_TEMPERATURE: Final = "sensitive axis over temperature"
 TABLE_LIMIT: Final = "table's declared limit"
 BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}" for axis in ("pitch", "roll", "yaw")}
 """Axis of the table to the test of its play."""
-ROLL_TURN: Final = "turn of the package with roll"
+ATTITUDE_TURN: Final = "turn of the package with its attitude"
 IN_STEP: Final = "disturbance in step with the replications"
 SQUARENESS: Final = "squareness of the table's axes"
 SLIP: Final = "slip of the table in mid-run"
@@ -83,7 +83,7 @@ RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 """Of the recorded temperature, alike in every replication."""
 TESTS: Final = (
     *(WRONG_DWELL, LACK_OF_FIT, OVER_TIME, AUTOCORRELATION, ROBUST, UNEVEN, TURNED_FROM, TABLE_LIMIT, BY_REPLICATION),
-    *(LAG, CURVATURE, TERMS_OVER_TEMPERATURE, AXIS_OVER_TEMPERATURE, ROLL_TURN, IN_STEP, SLIP, STEP),
+    *(LAG, CURVATURE, TERMS_OVER_TEMPERATURE, AXIS_OVER_TEMPERATURE, ATTITUDE_TURN, IN_STEP, SLIP, STEP),
     *BACKLASH.values(),
     *(column.name for column in COLUMNS),
 )

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.beliefs import ROLL_TURN, BeliefTest
+from ams.analysis.diagnostics.beliefs import ATTITUDE_TURN, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.sensed_force import along_force, turned_by
 from ams.analysis.diagnostics.size_words import within
@@ -54,7 +54,7 @@ class RollTurn:
         """As one of every output of the package."""
         size, uncertainty = self.size_rad, self.standard_uncertainty_rad
         return BeliefTest(
-            ROLL_TURN, "table-rotation", self.p_value, size, uncertainty, "rad", self.dof,
+            ATTITUDE_TURN, "table-rotation", self.p_value, size, uncertainty, "rad", self.dof,
             is_held=False, axes=self.outputs,
         )  # fmt: skip
 
@@ -84,7 +84,7 @@ class RollTurn:
             "be index errors of roll; offset and sensitivities hold part of it that the stated uncertainties do not"
         )
         details: dict[str, float | str | None] = {
-            "test": ROLL_TURN,
+            "test": ATTITUDE_TURN,
             "turn_with_roll_arcsec": in_arcsec(self.size_rad),
             "standard_uncertainty_arcsec": in_arcsec(self.standard_uncertainty_rad),
             **({"confounded_with": "sensor-change"} if self.lone_axis else {}),

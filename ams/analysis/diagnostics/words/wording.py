@@ -4,11 +4,11 @@ from collections.abc import Mapping
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import (
+    ATTITUDE_TURN,
     BACKLASH,
     DRIFT_OF,
     IN_STEP,
     ROBUST,
-    ROLL_TURN,
     SLIP,
     STEP,
     AxisTests,
@@ -19,7 +19,7 @@ from ams.analysis.diagnostics.words import order_words, residual_words, temperat
 from ams.analysis.diagnostics.words.residual_words import robust_size
 from ams.findings import EXPLAINED_BY, Finding, Said
 
-DIAGNOSED: Final = frozenset({SLIP, STEP, ROLL_TURN, IN_STEP, *BACKLASH.values()})
+DIAGNOSED: Final = frozenset({SLIP, STEP, ATTITUDE_TURN, IN_STEP, *BACKLASH.values()})
 _TOGETHER: Final = "told by the axes of the package together"
 WORDS: Final = {**term_words.WORDS, **residual_words.WORDS, **order_words.WORDS, **temperature_words.WORDS}
 """Of every test but for those of a drift of a quantity, and for what has words of its own."""
