@@ -127,5 +127,6 @@ class BenchRig:
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         return {}
 
+    def sign_of_life(self) -> None: ...
     def reconnect(self) -> None:
         return None

@@ -5,12 +5,13 @@ Time passes in the wait of the caller alone, who sees a stop there. Where one fa
 all others raise :class:`rig.errors.WaitEnded`: each leaves its device as it does at any stop.
 """
 
+from _thread import allocate_lock
 from collections.abc import Callable, Mapping
-from threading import Semaphore, Thread
 from typing import Generic, TypeVar
 
 from rig.clock import Clock
 from rig.errors import WaitEnded
+from rig.threads import BegunThread
 
 Done = TypeVar("Done")
 LetTimePass = Callable[[float], None]
@@ -21,10 +22,13 @@ def side_by_side(
 ) -> dict[str, Done]:
     """Do every work and return what each returns, in their order; they begin in that order.
 
-    Raises: the first error of any, and what ``wait`` raises; all others have ended by then.
+    Raises: the first error of any, MemoryError where no thread can be had, and what ``wait`` raises; all others have
+    ended by then.
     """
-    lanes = {name: _Lane(name, work, clock) for name, work in works.items()}
+    lanes: dict[str, _Lane[Done]] = {}
     try:
+        for name, work in works.items():
+            lanes[name] = _Lane(name, work, clock)
         while under_way := [lane for lane in lanes.values() if lane.is_under_way]:
             lane = min(under_way, key=lambda lane_under_way: lane_under_way.due_s)
             if (ahead_s := lane.due_s - clock.monotonic_s()) > 0.0:
@@ -49,9 +53,11 @@ class _Lane(Generic[Done]):
         self.error: BaseException | None = None
         self._is_to_end = False
         self._work, self._clock = work, clock
-        self._turn, self._handed_back = Semaphore(0), Semaphore(0)
-        self._thread = Thread(target=self._run, name=f"side by side: {name}", daemon=True)
-        self._thread.start()
+        self._turn, self._handed_back = allocate_lock(), allocate_lock()  # to give one back needs no memory
+        self._turn.acquire()
+        self._handed_back.acquire()
+        self._thread = BegunThread(self._run, f"what is done side by side: {name}")
+        self._thread.begin()
 
     def go_on(self) -> None:
         """Let it run until it waits or is done."""

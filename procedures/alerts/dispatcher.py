@@ -16,7 +16,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from threading import Thread
+from functools import partial
 
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
 from procedures.alerts.settings import AlertSettings, Escalation
@@ -25,6 +25,7 @@ from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 from rig.local_time import at_both
 from rig.plain_text import one_line
+from rig.threads import BegunThread
 
 ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
@@ -99,7 +100,7 @@ class AlertDispatcher:
         self._progress_s = self._beat_s = clock.monotonic_s()
         # The first heartbeat is due at once: from then on its absence means something to whoever waits for it.
         self._beat_s -= settings.heartbeat_every_s
-        self._threads: list[Thread] = []
+        self._threads: list[BegunThread] = []
         self._outcomes: deque[Mapping[str, object]] = deque()
         self._last_failure = ""
 
@@ -245,13 +246,17 @@ class AlertDispatcher:
             self._send(message.subject, lambda: by_apprise(whom.urls, message))
 
     def _send(self, what: str, deliver: Callable[[], None]) -> None:
-        self._threads = [thread for thread in self._threads if thread.is_alive()]
+        self._threads = [thread for thread in self._threads if thread.is_alive]
         if len(self._threads) >= MOST_UNDER_WAY:
             self._note(what, f"{MOST_UNDER_WAY} messages are under way already; this one was not sent")
             return
-        thread = Thread(target=self._delivered, args=(what, deliver), daemon=True)
+        thread = BegunThread(partial(self._delivered, what, deliver), f"the message {what!r}")
+        try:
+            thread.begin()
+        except MemoryError as error:
+            self._note(what, str(error))
+            return
         self._threads.append(thread)
-        thread.start()
 
     def _delivered(self, what: str, deliver: Callable[[], None]) -> None:
         try:

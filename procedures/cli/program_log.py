@@ -12,11 +12,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
+from functools import partial
 from io import TextIOWrapper
 from logging.handlers import QueueHandler, QueueListener, RotatingFileHandler
 from pathlib import Path
 from queue import Full, Queue
-from threading import Thread
 from typing import TypeVar
 
 from platformdirs import user_log_path
@@ -24,6 +24,7 @@ from platformdirs import user_log_path
 from procedures.errors import RequestError
 from procedures.records.progress import Progress, RunObserver, line_of
 from rig.plain_text import one_line
+from rig.threads import BegunThread
 
 FILE, FORM, LEVEL = "CALRIG_LOG", "CALRIG_LOG_FORMAT", "CALRIG_LOG_LEVEL"
 """Environment variables: a file or ``off``; ``text`` or ``json``; ``debug``, ``info``, ``warning`` or ``error``."""
@@ -62,9 +63,9 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
         for handler in _queued_handlers():
             _LOG.removeHandler(handler)
             handler.close()
-        closing = Thread(target=_closed, args=(listener,), daemon=True)
-        with suppress(RuntimeError):  # no thread begins without memory; the words of the command are worth more
-            closing.start()
+        closing = BegunThread(partial(_closed, listener), "the end of the log")
+        with suppress(MemoryError):  # the words of the command are worth more
+            closing.begin()
             closing.join(CLOSING_S)
 
 

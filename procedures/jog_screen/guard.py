@@ -14,13 +14,16 @@ from procedures.jog_screen.values import AT_TERMINAL, Asker
 from rig.clock import Clock
 from rig.devices.abilities import Axis
 from rig.errors import RigError
+from rig.threads import HAND_OVER_S, BegunThread
 
 LOOK_S = 0.03
 _AGAIN_S = 0.5
 
 
 def _in_a_thread(work: Callable[[], None]) -> None:
-    Thread(target=work, name="jog-stop", daemon=True).start()
+    piece = BegunThread(work, "a stop")
+    if not (piece.offer() and piece.has_begun(HAND_OVER_S)) and piece.claim():
+        piece.do_here()
 
 
 class Guard:

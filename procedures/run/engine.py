@@ -69,6 +69,7 @@ from rig.errors import (
     RigError,
     WaitEnded,
 )
+from rig.motion.last_resort import BY_GUARD, stop_by_guard
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0
 """Between two attempts to reach a rig that was lost."""
@@ -113,7 +114,7 @@ def run(
     takes_time = not isinstance(rig.clock, VirtualClock)
     live = LiveFile(progress_log.folder, person_clock, writes_phases=takes_time)
     gaps = GapWatch(rig.clock, lambda: {name: counts.silent for name, counts in rig.link_counts().items()})
-    pulse = RunPulse(progress_log, services, gaps, live, watchdogs)
+    pulse = RunPulse(progress_log, services, gaps, live, watchdogs, rig.sign_of_life)
     steering = Steering(
         spool,
         rig.clock,
@@ -212,7 +213,8 @@ class _Engine:
         except KeyboardInterrupt:
             ending = Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
         except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal, then on its way
-            defect, ending = error, Ending(State.FAILED, defect_text(error))
+            guard_heard = stop_by_guard(self._rig.axes)  # first: out of memory, our own stops may not be sent
+            defect, ending = error, Ending(State.FAILED, defect_text(error) + (BY_GUARD if guard_heard else ""))
         outcome = self._end(ending, defect)
         if defect is not None:
             raise defect

@@ -1,7 +1,7 @@
 """The pulse of a run: what is done at every look of every wait, whatever the engine waits for."""
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 
 from procedures.errors import StorageFailed
@@ -27,15 +27,18 @@ class RunPulse:
         gaps: GapWatch,
         live: LiveFile,
         watchdogs: Watchdogs,
+        sign_of_life: Callable[[], None],
     ) -> None:
         self._progress_log = progress_log
         self._services = services
         self._gaps = gaps
         self._live = live
         self._watchdogs = watchdogs
+        self._sign_of_life = sign_of_life
         self._unwritten: deque[tuple[str, Mapping[str, object]]] = deque()
 
     def __call__(self) -> float:
+        self._sign_of_life()
         if (gap := self._gaps.look()) is not None:
             self._progress_log.event("held_up", {"gap_s": round(gap.gap_s, 1), "text": gap.text})
         self._unwritten.extend((ALERTED, outcome) for outcome in self._services.pulse())

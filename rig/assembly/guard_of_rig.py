@@ -1,6 +1,8 @@
-"""The stop guard of a rig: only where axes are on real ports, and only where others will find it."""
+"""The stop guard of a rig: only where axes are on real ports, and only where others will find it; and its lines."""
 
 import os
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from platformdirs import user_state_path
@@ -8,12 +10,28 @@ from platformdirs import user_state_path
 from rig.clock import SystemClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.rig_file import RigDescription
+from rig.devices.abilities import Axis, Stoppable
 from rig.errors import RigBusy
 from rig.guard.ask import FOLDER as GUARDS
-from rig.guard.stop_guard import IS_POSSIBLE, StopGuard
+from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard
+from rig.lines.lock import canonical
+from rig.lines.open_lines import Lines
 from rig.link.terminal_stream import TERMINAL
 from rig.machine_folder import machine_folder
 from rig.machine_room import require_room
+
+
+def guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines: Lines) -> tuple[GuardedLine, ...]:
+    """Return the lines of axes that somebody else can stop; a port is one line, whatever its names."""
+    found: dict[str, GuardedLine] = {}
+    for name, axis in axes.items() if IS_POSSIBLE else ():
+        port = description.axes[name].port
+        descriptor = None if port == TWIN_PORT else lines.descriptor(port)
+        if descriptor is None or not isinstance(axis, Stoppable):
+            continue
+        line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
+        found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
+    return tuple(found.values())
 
 
 def stop_guard(

@@ -5,13 +5,13 @@ Everything is opened together or not at all, and given back in the opposite orde
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import cast
 
 from rig.assembly.faulty_lines import with_faults
-from rig.assembly.guard_of_rig import stop_guard
+from rig.assembly.guard_of_rig import guarded_lines, stop_guard
 from rig.assembly.identity import Identifiable, expected, require_expected
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
@@ -24,7 +24,6 @@ from rig.devices.abilities import (
     Field,
     NoChance,
     Readout,
-    Stoppable,
     Stream,
     TwinChance,
     WriteFile,
@@ -36,8 +35,8 @@ from rig.devices.winding import Machine
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
-from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard
-from rig.lines.lock import RigLock, acquire, canonical, is_on_network, known_elsewhere_as, serial_of
+from rig.guard.stop_guard import GuardedLine, StopGuard
+from rig.lines.lock import RigLock, acquire, is_on_network, known_elsewhere_as, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
@@ -151,6 +150,11 @@ class Rig:
         """Begin what must be there before the first motion, which should not wait for it."""
         if self._guard is not None:
             self._guard.begin()
+
+    def sign_of_life(self) -> None:
+        """Say that whoever has the rig is at work, while he waits for something else than a device."""
+        if self._guard is not None:
+            self._guard.sign_of_life()
 
     def why_stop(self) -> str:
         """Return why nothing may move on: somebody had the axes stopped from elsewhere, or the stop guard is gone.
@@ -294,16 +298,19 @@ def _connected(
 ) -> Connected:
     """Open every device over lines of its own, or none."""
     with ExitStack() as opened:
-        lines = Lines(clock, twins, line_source, opened)
+        lines = Lines(clock, twins, line_source, opened, guard.sign_of_life if guard else None)
         found: dict[str, Axis] = {}
         line_of: dict[str, str] = {}
         for names in axis_lines(description.axes):
             found |= open_axes({name: description.axes[name] for name in names}, lines)
             line_of |= dict.fromkeys(names, names[0])
-        guarded_lines = _guarded_lines(description, found, lines)
-        supervisor = Supervisor(clock, guard if guarded_lines else None, memory)
+        over_ports = guarded_lines(description, found, lines)
+        supervisor = Supervisor(clock, guard if over_ports else None, memory)
         homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
-        supervised = {name: supervisor.supervise(axis, homes_deg[name], line_of[name]) for name, axis in found.items()}
+        bear = {name: settings.wrap_turns for name, settings in description.axes.items()}
+        supervised = {
+            name: supervisor.supervise(axis, homes_deg[name], line_of[name], bear[name]) for name, axis in found.items()
+        }
         found = {name: guarded(axis, description, name, clock, write) for name, axis in supervised.items()}
         return Connected(
             axes={name: found[name] for name in description.axes},
@@ -319,22 +326,9 @@ def _connected(
             fields={name: open_field(name, settings, lines) for name, settings in description.field.items()},
             chance=world or _remote_chance(description, lines),
             counts=lines.counts,
-            guarded=guarded_lines,
+            guarded=over_ports,
             lines=opened.pop_all(),
         )
-
-
-def _guarded_lines(description: RigDescription, axes: Mapping[str, Axis], lines: Lines) -> tuple[GuardedLine, ...]:
-    """Return the lines of axes that somebody else can stop; a port is one line, whatever its names."""
-    found: dict[str, GuardedLine] = {}
-    for name, axis in axes.items() if IS_POSSIBLE else ():
-        port = description.axes[name].port
-        descriptor = None if port == TWIN_PORT else lines.descriptor(port)
-        if descriptor is None or not isinstance(axis, Stoppable):
-            continue
-        line = found.get(canonical(port)) or GuardedLine(f"axes.{name}", port, descriptor, "rfc2217://" in port)
-        found[canonical(port)] = replace(line, orders={**line.orders, name: tuple(axis.stop_steps())})
-    return tuple(found.values())
 
 
 def guarded(axis: Axis, description: RigDescription, name: str, clock: Clock, write: WriteFile | None) -> Axis:

@@ -209,6 +209,10 @@ class CableGuard:
         self._axis.stop()
         self._rate_dps = 0.0
 
+    def stop_by_guard(self) -> bool:
+        """As of the axis behind it."""
+        return bool(self._axis.stop_by_guard())  # type: ignore[attr-defined]
+
     def arm_watchdog(self, wait: Wait) -> str:
         outcome: str = self._axis.arm_watchdog(wait)  # type: ignore[attr-defined]
         return outcome

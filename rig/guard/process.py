@@ -21,8 +21,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
-from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -37,12 +35,15 @@ from rig.guard.line import LINE_S, QUIET_LIMIT_S, Line
 from rig.guard.outcomes import ENGINE_LIVES, UNASKED, goes_on
 from rig.guard.priority import go_first, step_back
 from rig.guard.process_state import state_of
+from rig.threads import BegunThread, at_once
 
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
 CLOCK = SystemClock()
 LOOK_S, IDLE_S = 0.05, 0.5
 HUNG_S = 120.0
 """Without a look at a moving axis: the longest reading of a channel between two looks is shorter."""
+MOST_PER_LOOK_S = 0.25
+"""Of a silence, between two looks of ours: when this process got no processor either it could hear nothing."""
 SUSPENDED_S = 1.0
 TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
@@ -50,6 +51,7 @@ AIMS = 6
 """Questions to servos of one line that :meth:`Guard.aim_servos` waits for."""
 ENDED_S = 2.0
 """So long a process may take to be gone when it was killed."""
+DEFECT = "it had every axis stopped before, since it met a defect or had no memory left"
 GONE = "the engine ended without a word"
 UNENDED = "the engine gave the axes back before the end of its run was on record"
 """It cannot go on as it is, as one without memory or open files; it may still say so on its screen."""
@@ -67,7 +69,10 @@ class Guard:
         self.ways: dict[str, list[int]] = {}
         """From where to where the last order moves a servo, by axis, in quarter-microseconds."""
         self.record: str = start["record"]
-        self.seen_s = CLOCK.monotonic_s()
+        self.silence_s = HUNG_S  # as the engine says it
+        self.silent_s = 0.0
+        self.awake_s = self.looked_s = CLOCK.monotonic_s()
+        self.before = ""
         self.asleep_s = asleep_s()
         self.pending = b""
         self.descriptors: list[int] = []
@@ -125,7 +130,7 @@ class Guard:
         if not data:
             self.stop_for_good(GONE)
             return False
-        self.seen_s = CLOCK.monotonic_s()
+        self.silent_s = 0.0
         *lines, self.pending = (self.pending + data).split(b"\n")
         for line in lines:
             message = json.loads(line)
@@ -143,8 +148,15 @@ class Guard:
             if "released" in message:
                 for held in self.lines:
                     held.release()
+            if "stop" in message:
+                self.before = DEFECT
+                for _ in range(TIMES):
+                    self.stop_axes()
+                    CLOCK.sleep(AGAIN_S)
+            self.looked_s = CLOCK.monotonic_s() if "looked" in message else self.looked_s
             self.moving = message.get("moving", self.moving)
             self.ways = message.get("ways", self.ways)
+            self.silence_s = message.get("silence_s", self.silence_s)
         with suppress(OSError):
             self.channel.send(b"{}\n", socket.MSG_DONTWAIT)
         return True
@@ -162,14 +174,19 @@ class Guard:
         slept_s = asleep_s() - self.asleep_s
         # Also while nothing moves: a sleep of before must not stop the next motion.
         self.asleep_s += slept_s
+        now_s = CLOCK.monotonic_s()
+        self.silent_s += min(now_s - self.awake_s, MOST_PER_LOOK_S)
+        self.awake_s = now_s
         if not self.moving:
             return ""
         if slept_s > SUSPENDED_S:
             return f"the computer was suspended for {slept_s:.0f} s"
         if state_of(self.engine) == "T":
             return "the engine was frozen (SIGSTOP)"
-        if CLOCK.monotonic_s() - self.seen_s > HUNG_S:
-            return f"the engine gave no sign of life for {HUNG_S:g} s"
+        if self.silent_s > self.silence_s and not select.select([self.channel], [], [], 0.0)[0]:
+            return f"the engine gave no sign of life for {self.silence_s:g} s"
+        if now_s - self.looked_s > HUNG_S:
+            return f"the engine did not look at what moves for {HUNG_S:g} s"
         return ""
 
     def stop_axes(self, axes: list[str] | None = None) -> dict[str, str]:
@@ -179,7 +196,8 @@ class Guard:
         """
         outcomes: dict[str, str] = {}
         left = [line for line in self.lines if not line.stop_now(axes, self.moving, outcomes)]
-        at_once([partial(line.stop, axes, self.moving, outcomes) for line in left], 2.0 * LINE_S)
+        stops = [partial(line.stop, axes, self.moving, outcomes) for line in left]
+        at_once(stops, 2.0 * LINE_S, "the stop of a line")
         silent = [axis for line in self.lines for axis in line.axes if axes is None or axis in axes]
         return {axis: outcomes.get(axis, "NOT told to stop: its line takes no bytes") for axis in silent}
 
@@ -191,7 +209,7 @@ class Guard:
         limit_s = QUIET_LIMIT_S + AIMS * (patience_s + LINE_S)
         servos = [axis for line in aimed for axis in line.aims(self.moving)]
         outcomes.update(dict.fromkeys(servos, goes_on(UNASKED)))
-        at_once([partial(line.aim, self.moving, ways, outcomes) for line in aimed], limit_s)
+        at_once([partial(line.aim, self.moving, ways, outcomes) for line in aimed], limit_s, "the aim of a line")
 
     def is_engine_ended(self) -> bool:
         """Return whether the process is gone that was killed."""
@@ -208,6 +226,7 @@ class Guard:
             with suppress(OSError):
                 os.kill(self.engine, signal.SIGKILL)
             why = why if why == GONE else f"{why}; it was ended"
+        why = f"{why}; {self.before}" if self.before else why
         for _ in range(TIMES - 1):
             CLOCK.sleep(AGAIN_S)
             outcomes = self.stop_axes()
@@ -225,7 +244,7 @@ class Guard:
             "axes": outcomes,
         }
         self.ring(document)
-        if moving or why == UNENDED:
+        if moving or why.startswith(UNENDED):
             self.write_record(document)
 
     def ring(self, document: dict[str, Any]) -> None:
@@ -276,7 +295,9 @@ class Guard:
         with suppress(OSError):  # at once: it is about to hear the answers to these stops
             message = {"stop": by[:200], "told": outcomes}
             self.channel.send(json.dumps(message).encode() + b"\n", socket.MSG_DONTWAIT)
-        threading.Thread(target=self.answer, args=(caller, axes, outcomes), daemon=True).start()
+        answer = BegunThread(partial(self.answer, caller, axes, outcomes), "an answer")
+        if not answer.offer() and answer.claim():
+            answer.do_here()
 
     def answer(self, caller: socket.socket, axes: list[str] | None, outcomes: dict[str, str]) -> None:
         """Say what became of it to who asked, then send the stops once more."""
@@ -292,16 +313,6 @@ class Guard:
         if self.registered:
             with suppress(OSError):
                 os.unlink(self.registered)
-
-
-def at_once(tasks: list[Callable[[], None]], limit_s: float) -> None:
-    """Do each in a thread of its own, and wait for all of them together no longer than that."""
-    threads = [threading.Thread(target=task, daemon=True) for task in tasks]
-    for thread in threads:
-        thread.start()
-    until_s = CLOCK.monotonic_s() + limit_s
-    for thread in threads:
-        thread.join(max(until_s - CLOCK.monotonic_s(), 0.0))
 
 
 def asleep_s() -> float:

@@ -54,6 +54,12 @@ class GuardedLine:
         return {"name": self.name, "address": self.address, "is_escaped": self.is_escaped, "axes": axes}
 
 
+STOP_NOW = b'{"stop": "a defect"}\n'
+"""Made beforehand: who asks for it may have no memory left."""
+AT_START_S = 5.0
+"""The silence after which the guard acts between an order to move and the first look, which says how long it may be."""
+
+
 class StopGuard:
     """Guard one open rig over real ports, over all its reconnections.
 
@@ -72,9 +78,10 @@ class StopGuard:
         self._pending = b""
         self._moving: list[str] = []
         self._ways: dict[str, tuple[int, int]] = {}
+        self._silence_s = AT_START_S
         self._ring: tuple[str, ...] = ()
         self._owes_end = False
-        self._beaten_s = self._heard_s = self._resumed_s = 0.0
+        self._beaten_s = self._looked_s = self._heard_s = self._resumed_s = 0.0
         self._trouble: RigError | None = None
         self._turn = RLock()
 
@@ -122,7 +129,7 @@ class StopGuard:
             self.begin()
             if self._ways != ways:
                 self._ways, self._moving = dict(ways), []
-            self.beat(moving)
+            self.beat(moving, AT_START_S)
 
     def begin(self) -> None:
         """Begin now, where a start may not wait for it: with the first motion otherwise."""
@@ -130,23 +137,48 @@ class StopGuard:
             if self._channel is None and self._trouble is None:
                 self._begin()
 
-    def beat(self, moving: Sequence[str]) -> None:
-        """Give a sign of life, and say what moves now."""
+    def beat(self, moving: Sequence[str], silence_s: float) -> None:
+        """Give a sign of life at a look, and say what moves now, and after how long a silence it is to be stopped."""
         with self._turn:
-            if self._channel is None:
-                return
             now_s = self._clock.monotonic_s()
-            if list(moving) != self._moving:
-                self._moving = list(moving)
-                self._send({"moving": self._moving, "ways": self._ways})
-            elif now_s - self._beaten_s >= BEAT_S:
-                self._send({})
-            else:
-                return
-            if now_s - self._beaten_s >= DEAF_S / 2.0:
-                self._resumed_s = now_s
-            self._beaten_s = now_s
-            self._hear()
+            if list(moving) != self._moving or silence_s != self._silence_s:
+                self._moving, self._silence_s, self._looked_s = list(moving), silence_s, now_s
+                news = {"moving": self._moving, "ways": self._ways, "silence_s": silence_s, "looked": True}
+                self._say(news, now_s)
+            elif now_s - self._looked_s >= BEAT_S:
+                self._looked_s = now_s
+                self._say({"looked": True}, now_s)
+
+    def sign_of_life(self) -> None:
+        """Say that the engine is at work while something moves: it waits, or converses with another device."""
+        if self._moving:
+            with self._turn:
+                now_s = self._clock.monotonic_s()
+                if now_s - self._beaten_s >= BEAT_S:
+                    self._say({}, now_s)
+
+    def stop_now(self) -> bool:
+        """Have every axis stopped by a few bytes that are there already; False where nobody hears them.
+
+        For the way out of a defect. It takes no turn, since whoever has it may be the one that failed.
+        """
+        channel = self._channel
+        if channel is None:
+            return False
+        try:
+            channel.sendall(STOP_NOW)
+        except OSError:
+            return False
+        return True
+
+    def _say(self, message: Mapping[str, object], now_s: float) -> None:
+        if self._channel is None:
+            return
+        self._send(message)
+        if now_s - self._beaten_s >= DEAF_S / 2.0:
+            self._resumed_s = now_s
+        self._beaten_s = now_s
+        self._hear()
 
     def take_trouble(self) -> RigError | None:
         """Why nothing may move on, once: the guard is gone (GuardLost), or had axes stopped for somebody (WaitEnded).
@@ -205,6 +237,7 @@ class StopGuard:
                 start_new_session=True,
             )
         self._channel, self._pending, self._moving = ours, b"", []
+        self._silence_s = AT_START_S
         self._heard_s = self._clock.monotonic_s()
         if not select.select([ours], [], [], READY_S)[0]:
             self._lose("did not begin")

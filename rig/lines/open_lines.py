@@ -11,6 +11,7 @@ from rig.lines.recording import LineSource
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import CountedStream, ExchangeCounts
 from rig.link.gpib import GpibBus, GpibResource
+from rig.link.lively_stream import LivelyStream, SignOfLife
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.link.prologix import PrologixBus
@@ -23,11 +24,20 @@ from rig.twins.twin import Twin
 class Lines:
     """Opens what drivers ask for and gives it back when ``opened`` closes. Keys are tables such as ``axes.pitch``."""
 
-    def __init__(self, clock: Clock, twins: Mapping[str, Twin], source: LineSource | None, opened: ExitStack) -> None:
+    def __init__(
+        self,
+        clock: Clock,
+        twins: Mapping[str, Twin],
+        source: LineSource | None,
+        opened: ExitStack,
+        sign_of_life: SignOfLife | None = None,
+    ) -> None:
+        """``sign_of_life``: called while real lines are listened to, but for streams, to which a thread listens."""
         self._clock = clock
         self._twins = twins
         self._source = source or _as_it_is
         self._opened = opened
+        self._sign_of_life = sign_of_life
         self._streams: dict[str, ByteStream] = {}
         self._counted: dict[str, CountedStream] = {}
         """By the table that opened the line."""
@@ -89,11 +99,13 @@ class Lines:
             return MemoryStream(self._twins[key], self._clock, f"twin of {key}")
         stream = open_stream(port, clock=SystemClock(), **asdict(line), owner=key)
         self._opened_ports[canonical(port)] = stream
-        return stream
+        if self._sign_of_life is None or key.startswith("streams."):
+            return stream
+        return LivelyStream(stream, self._sign_of_life)
 
     def _open_bus(self, key: str, resource: GpibResource) -> GpibBus:
         if resource.carrier == "visa":
-            return VisaBus(resource.port, SystemClock())
+            return VisaBus(resource.port, SystemClock(), sign_of_life=self._sign_of_life)
         return PrologixBus(self.stream(key, resource.port))
 
 

@@ -30,12 +30,15 @@ class VisaBus:
     Raises: RequestRefused (no pyvisa, no such library).
     """
 
-    def __init__(self, board: str, clock: Clock, library: str = "") -> None:
+    def __init__(
+        self, board: str, clock: Clock, library: str = "", sign_of_life: Callable[[], None] | None = None
+    ) -> None:
         self.name = f"visa:{board}"
         self.clock = clock
         self._board = board
         self._manager = open_manager(library, self.name)
         self._instruments: dict[int, GPIBInstrument] = {}
+        self._sign_of_life = sign_of_life or (lambda: None)
         self._is_closed = False
 
     def identify(self) -> str:
@@ -65,6 +68,7 @@ class VisaBus:
         return self._read(address, b"", parse, timeout_s)
 
     def serial_poll(self, address: int) -> int:
+        self._sign_of_life()
         with self._translated(address, b""):
             return int(self._instrument(address).read_stb()) & 0xFF
 
@@ -88,6 +92,7 @@ class VisaBus:
         return self._read(address, message, parse, timeout_s)
 
     def _read(self, address: int, message: bytes, parse: Callable[[bytes], Reply], timeout_s: float) -> Reply:
+        self._sign_of_life()
         with self._translated(address, message):
             instrument = self._instrument(address)
             instrument.timeout = 1000.0 * timeout_s

@@ -121,6 +121,10 @@ class Turning:
     began: Seen | None = None
     """The first look since."""
 
+    @property
+    def top_dps(self) -> float:
+        return max(abs(self.slowest_dps), abs(self.fastest_dps))
+
 
 @dataclass(frozen=True, slots=True)
 class Stopping:

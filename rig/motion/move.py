@@ -10,7 +10,7 @@ approached anew from beside, at most twice: whoever asked is told of each, and o
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from threading import Thread
+from functools import partial
 from typing import Protocol, runtime_checkable
 
 from rig.clock import Clock
@@ -21,6 +21,8 @@ from rig.devices.cable import CableGuard
 from rig.devices.rest import RestLook, moves_on, stands, unrest_in_words
 from rig.devices.starting import TAKEN_UP_S
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
+from rig.motion.last_resort import BY_GUARD, stop_past_a_defect
+from rig.threads import at_once
 
 STALL_S = 2.0
 """Rig seconds without progress after which an axis that says it moves is stalled."""
@@ -226,26 +228,24 @@ def _search_home(axis: Axis, clock: Clock, wait: Wait) -> AxisState:
 def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMIT_S) -> None:
     """Stop every axis at once and see them stand still, a second at least; a failing axis keeps no other from its stop.
 
-    One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop.
+    One that goes on moving is told again every second: a start that was late, or came twice, undoes a stop. On the way
+    out of a defect, or without memory, the stop guard is asked first (:mod:`rig.motion.last_resort`).
     Raises: DeviceFault naming every axis that could not be stopped, still moves, or went on to where it was sent.
     """
+    by_guard = BY_GUARD if stop_past_a_defect(axes) else ""
     failures, ran_on = dict[str, str](), dict[str, str]()
-    threads = [
-        Thread(target=_stop_axis, args=(axis, clock, limit_s, failures, ran_on), daemon=True) for axis in axes.values()
-    ]
-    for thread in threads:
-        thread.start()
-    for thread, name in zip(threads, axes, strict=True):
-        thread.join(limit_s + _ALLOWANCE_S)
-        if thread.is_alive():
-            failures[name] = f"no answer within {limit_s + _ALLOWANCE_S:g} s"
+    stops = [partial(_stop_axis, axis, clock, limit_s, failures, ran_on) for axis in axes.values()]
+    within_s = limit_s + _ALLOWANCE_S
+    for name, is_done in zip(axes, at_once(stops, within_s, "the stop of an axis"), strict=True):
+        if not is_done:
+            failures[name] = f"no answer within {within_s:g} s, or no memory to ask for one"
     if what_failed := {**ran_on, **failures}:
         failed: dict[str, list[str]] = {}
         for name in sorted(what_failed):  # axes on one line fail alike: that is told once
             failed.setdefault(what_failed[name], []).append(name)
         faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
         what = "not every axis is known to stand still" if failures else "not every axis obeyed it"
-        raise DeviceFault(f"stop: {what}: {faults}; use the stop button at the machine")
+        raise DeviceFault(f"stop: {what}: {faults}{by_guard}; use the stop button at the machine")
 
 
 def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str], ran_on: dict[str, str]) -> None:
@@ -260,6 +260,8 @@ def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str
             )
     except RigError as error:
         failures[axis.name] = str(error)
+    except MemoryError:  # whose defect that is would take memory to find out
+        failures[axis.name] = "no memory was left to see it stand"
     except Exception as error:  # noqa: BLE001  the rim of a thread: a defect of a driver is told like any failure
         failures[axis.name] = defect_text(error)
 

@@ -7,11 +7,11 @@ that moves is stopped and :class:`rig.errors.MotionBreach` is raised, which nobo
 A command that the line altered may reach another axis: while one moves, those that should stand are looked at too.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from threading import RLock
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from rig.clock import Clock
 from rig.devices.abilities import AimedStop, Axis, AxisState, TurnLook, Wait
@@ -23,6 +23,7 @@ from rig.motion.expectation import (
     Seen,
     Standing,
     Stopping,
+    Task,
     Turning,
     Unknown,
     Watched,
@@ -36,6 +37,8 @@ from rig.motion.expectation import (
     unseen,
 )
 from rig.motion.motion_memory import MotionMemory
+from rig.motion.silence import silence_s
+from rig.motion.warden import Warden
 
 OTHERS_S = 1.0
 """Between two looks at axes that should stand while another one moves."""
@@ -43,22 +46,6 @@ _UNDER_WAY = (Moving, Homing, Turning)
 _REMEMBERING = ("home_mark", "resume_home")
 _WATCHDOG = ("watchdog_s", "feed_watchdog", "disarm_watchdog")
 Answer = TypeVar("Answer")
-
-
-class Warden(Protocol):
-    """Who stops the axes when this process cannot: the stop guard."""
-
-    def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None:
-        """Before anything is told to move. ``ways``: of :class:`AimedStop`, by axis, where they are known."""
-
-    def beat(self, moving: Sequence[str]) -> None:
-        """Give a sign of life, and say what is not known to stand."""
-
-    def take_trouble(self) -> RigError | None:
-        """Return why nothing may move on, once."""
-
-    def why_stop(self) -> str:
-        """Return the same as a text, as far as it is known now; empty where nothing is. It stays to be taken."""
 
 
 class Supervisor:
@@ -74,12 +61,15 @@ class Supervisor:
         self._axes: dict[str, SupervisedAxis] = {}
         self._ways: dict[str, tuple[int, int]] = {}
 
-    def supervise(self, axis: Axis, home_deg: float = 0.0, line: str = "") -> "SupervisedAxis":
+    def supervise(
+        self, axis: Axis, home_deg: float = 0.0, line: str = "", wrap_turns: float | None = None
+    ) -> "SupervisedAxis":
         """Return the axis as everybody else may have it. ``home_deg``: where a home search ends.
 
-        ``line``: on which it is spoken to; axes on one line have the same, unless empty.
+        ``line``: on which it is spoken to; axes on one line have the same, unless empty. ``wrap_turns``: its cables'.
         """
         supervised = SupervisedAxis(axis, self._clock, self, home_deg, line)
+        supervised.wrap_turns = wrap_turns
         self._axes[axis.name] = supervised
         return supervised
 
@@ -113,9 +103,13 @@ class Supervisor:
     def beat(self, seen: "SupervisedAxis") -> None:
         """Give a sign of life; heed the guard at a look at an axis that moves. Raises: GuardLost, WaitEnded."""
         if self._warden is not None:
-            self._warden.beat(self._not_standing())
+            tasks = [(axis.task, axis.wrap_turns) for axis in self._axes.values()]
+            self._warden.beat(self._not_standing(), silence_s(tasks))
             if seen.is_under_way:
                 self._heed()
+
+    def stop_by_guard(self) -> bool:
+        return self._warden is not None and self._warden.stop_now()
 
     def is_stopped_past_us(self) -> bool:
         """Return whether the guard told axes to stop: an answer may then be that of a stop."""
@@ -160,6 +154,7 @@ class SupervisedAxis:
         self.speed_dps = axis.speed_dps
         self.approach_deg = axis.approach_deg
         self.arrival_tolerance_deg = axis.arrival_tolerance_deg
+        self.wrap_turns: float | None = None
         self.is_silent = False
         """Its last look failed."""
         self._axis: Any = axis
@@ -193,6 +188,10 @@ class SupervisedAxis:
                 setattr(self, name, getattr(self._axis, name))
 
     @property
+    def task(self) -> Task:
+        return self._watched.task
+
+    @property
     def is_under_way(self) -> bool:
         return isinstance(self._watched.task, _UNDER_WAY)
 
@@ -211,8 +210,7 @@ class SupervisedAxis:
         return isinstance(self._watched.task, wanted) and not self.is_silent
 
     def identify(self) -> str:
-        identity: str = self._axis.identify()
-        return identity
+        return str(self._axis.identify())
 
     def check_target(self, target_deg: float) -> None:
         self._axis.check_target(target_deg)
@@ -247,6 +245,10 @@ class SupervisedAxis:
             self._broken_off = broken_off(self._watched, self._clock.monotonic_s()) or self._broken_off
             self._watched = expecting_stop(self._watched)
         self._axis.stop()
+
+    def stop_by_guard(self) -> bool:
+        """Have this axis and every other one stopped by the stop guard, which needs no memory of this process."""
+        return self._supervisor.stop_by_guard()
 
     def run_on_deg(self, stands_deg: float) -> float:
         """Return how far it went on after it was told to stop, to where it was sent; 0 where it did not."""

@@ -137,6 +137,9 @@ class FaultyRig:
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         return self._rig.link_counts()
 
+    def sign_of_life(self) -> None:
+        self._rig.sign_of_life()
+
     def by_table(self) -> Mapping[str, Identifiable]:
         return self._rig.by_table()
 

@@ -8,7 +8,7 @@ with it.
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from threading import Event, Lock, Thread
+from threading import Event, Lock
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from ams.arrays import FloatArray, IntArray
 from rig.clock import Clock, VirtualClock
 from rig.devices.abilities import Stream, StreamBlock, Wait
 from rig.errors import DeviceSilent, RigError
+from rig.threads import BegunThread
 
 LONGEST_POLL_S, SHORTEST_POLL_S, REAL_POLL_S, LEISURELY_POLL_S = 0.1, 0.002, 0.005, 0.23
 LEISURELY_SAMPLES = 0.7
@@ -80,7 +81,7 @@ class _Tape:
     heard_s: float
     blocks: list[StreamBlock] = field(default_factory=list)
     samples: int = 0
-    error: RigError | None = None
+    error: Exception | None = None
 
     def take(self, block: StreamBlock) -> None:
         if block.samples or block.refused:
@@ -101,21 +102,22 @@ class Recorder:
         self._tapes: dict[str, _Tape] = {}
         self._lock = Lock()
         self._ends = Event()
-        self._thread: Thread | None = None
+        self._thread: BegunThread | None = None
         self._polls = 0
         fastest_hz = max((stream.rate_hz for stream in streams.values()), default=1.0)
         often_s = min(max(0.2 / fastest_hz, SHORTEST_POLL_S), LONGEST_POLL_S)
         self.poll_s = often_s if is_timed else max(LEISURELY_POLL_S, LEISURELY_SAMPLES / fastest_hz)
 
     def start(self) -> None:
-        """Let every stream send; what came before is dropped. Raises as the streams."""
+        """Let every stream send; what came before is dropped. Raises as the streams, MemoryError without a thread."""
         for name, stream in self._streams.items():
             stream.start()
             self._tapes[name] = _Tape(stream, self._clock.monotonic_s())
         if not isinstance(self._clock, VirtualClock) and self._streams:
             self._ends.clear()
-            self._thread = Thread(target=self._read_on, daemon=True)
-            self._thread.start()
+            reader = BegunThread(self._read_on, "what is read of streams")
+            reader.begin()
+            self._thread = reader
 
     def wait(self, duration_s: float) -> None:
         """Let rig time pass while recording. Raises: WaitEnded, and what a stream says."""
@@ -191,11 +193,10 @@ class Recorder:
             if tape.error is None:
                 try:
                     block = tape.stream.poll()
-                except RigError as error:
+                    with self._lock:
+                        tape.take(block)
+                except Exception as error:  # noqa: BLE001  the rim of a thread: whoever looks at the tape raises it
                     tape.error = error
-                    continue
-                with self._lock:
-                    tape.take(block)
 
 
 @contextmanager

@@ -7,7 +7,7 @@ the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`)
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from threading import Thread
+from functools import partial
 
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Soak
@@ -16,6 +16,7 @@ from procedures.run.dwell.measure import OpenRig
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
+from rig.threads import at_once
 
 NOT_SEEN, IN_DOUBT, CHAMBER = "standstill", "order in doubt", "chamber"
 """The causes of an ending after which not every axis is known to stand still, of one after which an order that no
@@ -23,6 +24,10 @@ machine answered may still move an axis, and of one whose chamber refused.
 """
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""
+UNANSWERED = (
+    f"stop: a device did not answer within {LIMIT_S:g} s, or no memory was left to ask it; use the stop button at the"
+    " machine"
+)
 MOST_STOPS = 3
 BETWEEN_LOOKS_S = 0.2
 
@@ -78,15 +83,9 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
     work: list[tuple[Callable[[], None], list[str]]] = [(lambda: stop_all(rig.axes, rig.clock), failures)]
     if is_over:
         work += [(part, of_chamber) for part in _chamber(rig, plan)]
-    threads = [Thread(target=_attempt, args=part, daemon=True) for part in work]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join(LIMIT_S)
-        if thread.is_alive():
-            failures.append(f"stop: a device did not answer within {LIMIT_S:g} s; use the stop button at the machine")
-    is_hung = any(thread.is_alive() for thread in threads)
-    positions_deg = {} if is_hung else _seen_at_rest(rig, failures)
+    are_done = at_once([partial(_attempt, *part) for part in work], LIMIT_S, "the safe state")
+    failures += [UNANSWERED for is_done in are_done if not is_done]
+    positions_deg = _seen_at_rest(rig, failures) if all(are_done) else {}
     in_doubt = rig.motion.in_doubt(positions_deg)
     if not failures and not of_chamber:
         return Safe((), positions_deg, in_doubt=in_doubt)

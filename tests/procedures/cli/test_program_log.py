@@ -50,12 +50,12 @@ def test_text_is_one_line_whatever_a_message_holds(tmp_path: Path) -> None:
 def test_a_command_that_has_no_memory_for_a_thread_ends_with_its_words(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def refused(_thread: threading.Thread) -> None:
+    def refused(*_: object) -> int:
         raise RuntimeError("can't start new thread")
 
     def work() -> None:
         with logged([], {"CALRIG_LOG": str(tmp_path / "calrig.log")}):
-            monkeypatch.setattr(threading.Thread, "start", refused)
+            monkeypatch.setattr("rig.threads.start_new_thread", refused)
             raise MemoryError
 
     with pytest.raises(MemoryError):

@@ -15,6 +15,7 @@ from unattended_run import UnattendedRun, asks, events, run_unattended
 from procedures.journal.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
+from procedures.run.watch.safe_state import Safe
 from rig.devices.abilities import AxisState, Environment
 from rig.errors import DeviceFault
 
@@ -143,3 +144,42 @@ def test_an_axis_that_is_seen_at_rest_by_neither_look_is_told_and_stopped_again(
     assert spoilt.pitch.stops == 1 + MOST_STOPS
     assert "not every axis is known to stand still: pitch moves again after it was seen at rest" in safe.failures[0]
     assert (set(safe.positions_deg), safe.cause) == ({"roll"}, "standstill")
+
+
+@pytest.mark.parametrize("moment", [2, 5])
+def test_an_abort_stops_every_axis_though_every_new_thread_dies_before_it_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moment: int
+) -> None:
+    """As they do where no memory is left for the first line that they run."""
+    small = bench(tmp_path)
+    monkeypatch.setattr("rig.threads.start_new_thread", lambda *_: 0)
+    outcome = run_unattended(small, UnattendedRun(tmp_path / "run", after={moment: asks("abort")}))
+    assert outcome.state is State.ABORTED
+    assert set(outcome.positions_deg) == set(small.rig.axes)
+
+
+def test_a_run_without_memory_asks_the_stop_guard_before_its_own_stops_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    done: list[str] = []
+
+    def out_of_memory(_: object) -> None:
+        raise MemoryError
+
+    def heard(_: object) -> bool:
+        done.append("the guard")
+        return True
+
+    def safe(rig: object, plan: object, **how: bool) -> Safe:
+        done.append("our stops")
+        return Safe(())
+
+    monkeypatch.setattr("procedures.run.engine.Epoch.run", out_of_memory)
+    monkeypatch.setattr("procedures.run.engine.stop_by_guard", heard)
+    monkeypatch.setattr("procedures.run.engine.make_safe", safe)
+    with pytest.raises(MemoryError):
+        run_unattended(bench(tmp_path), UnattendedRun(tmp_path / "run"))
+    assert done == ["the guard", "our stops"]
+    last = events(tmp_path / "run", "state")[-1].detail
+    assert "MemoryError" in str(last["reason"])
+    assert "the stop guard was asked first to stop every axis" in str(last["reason"])
