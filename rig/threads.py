@@ -95,9 +95,9 @@ def at_once(works: Sequence[Callable[[], object]], within_s: float, name: str) -
         pieces = [BegunThread(work, name) for work in works]
     except MemoryError:
         return [_done(work) for work in works]
-    offered = [piece.offer() for piece in pieces]
-    for piece, is_offered in zip(pieces, offered, strict=True):
-        if not (is_offered and piece.has_begun(HAND_OVER_S)) and piece.claim():
+    have_begun = [piece.offer() and piece.has_begun(HAND_OVER_S) for piece in pieces]  # in their order
+    for piece, has_begun in zip(pieces, have_begun, strict=True):
+        if not has_begun and piece.claim():
             piece.do_here()
     clock = SystemClock()
     until_s = clock.monotonic_s() + within_s

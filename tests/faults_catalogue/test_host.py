@@ -262,7 +262,7 @@ def test_fault_20_stuck_a_stop_that_hangs_keeps_no_other_axis_from_its_stop(
             axis.start_move(90.0)
         rig.clock.sleep(2.0)
         hung: Axis = _Hangs(rig.axes["pitch"], released)  # type: ignore[assignment]
-        with pytest.raises(DeviceFault, match=r"pitch: no answer within 2\.55 s; use the stop button"):
+        with pytest.raises(DeviceFault, match=r"pitch: no answer within 2\.55 s, or no memory to ask"):
             stop_all({"pitch": hung, "roll": rig.axes["roll"]}, rig.clock, limit_s=2.5)
         released.set()
         assert not rig.axes["roll"].state().is_moving

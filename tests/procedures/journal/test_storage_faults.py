@@ -13,6 +13,7 @@ from small_run import Bench, bench, dwells_of, measured, resumed
 from unattended_run import UnattendedRun, events, run_unattended
 from without_times import without_times
 
+from ams.calibration.together.in_step_hidden import SAME_ORDER
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError, StorageFailed
 from procedures.journal.corrections import Authorisation, redo
@@ -86,7 +87,7 @@ _LOW_ORDER = ("quadratic", "cubic", "asymmetry", "cross-coupling")
 def _whatever_the_order(run: SolvedRun) -> dict[str, Any]:
     """Return what is told of the sensors but for the test of what was before a dwell, which is another one now.
 
-    That the journal was salvaged is left out as well, among findings and warnings.
+    That the journal was salvaged is left out as well, among findings and warnings, and that the order repeats.
     The terms of low order are tested beside it, so their p-values move with it; whether they are significant does not.
     """
     document = without_times(json.loads(json.dumps(sensors_document(run))))
@@ -100,6 +101,7 @@ def _whatever_the_order(run: SolvedRun) -> dict[str, Any]:
                 if "previous attitude" not in entry["text"] and entry["kind"] != "record-lost"
             ]
             axis["warnings"] = _but_for_the_salvage(axis["warnings"])
+            axis["remarks"] = [text for text in axis["remarks"] if not text.startswith(SAME_ORDER)]
     return document
 
 

@@ -87,7 +87,7 @@ def test_fault_94_an_answer_that_the_dead_engine_had_asked_for_is_nobodys_positi
     for served, outcomes in _trials(latency_s, lambda _chance: lambda reply: reply):
         assert outcomes["pitch"] == STOOD
         assert outcomes["roll"].startswith("told to stop at "), outcomes
-        assert outcomes["roll"].endswith("read back there"), outcomes
+        assert outcomes["roll"].endswith("read back there") or "; not read back: " in outcomes["roll"], outcomes
         for channel, target, pulse in served.targets:
             assert _is_on_the_way(channel, target), served.targets
             assert abs(target - pulse) <= LAG, served.targets
