@@ -193,7 +193,18 @@ def test_a_stop_by_hand_names_an_order_that_no_machine_answered(tmp_path: Path) 
     assert "may still come; no stop ends that for certain" in turning.log.path.read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("file", sorted(Path("examples").glob("**/rig.toml")), ids=lambda file: file.parent.name)
+EXAMPLES = sorted(Path("examples").glob("**/rig.toml"))
+WITHOUT_READOUT = {"rate-table", "servo-mechanism"}
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, id=name, marks=() if name in WITHOUT_READOUT else pytest.mark.thorough)
+        for file in EXAMPLES
+        for name in (file.parent.name,)
+    ],
+)
 def test_every_rig_of_the_examples_homes_at_the_bench_and_goes_on_being_looked_at(tmp_path: Path, file: Path) -> None:
     """The rate table and the servo mechanism have no channel of a readout: there is nothing to look at but axes."""
     with open_rig(read_rig(file), rig_file=file, clock=CLOCK) as rig:

@@ -108,7 +108,9 @@ def _turning(folder: Path) -> Iterator[Turning]:
                 process.stdout.close()
 
 
-@pytest.mark.parametrize("after_s", [0.0, 0.1, pytest.param(0.2, marks=pytest.mark.thorough), 0.35])
+@pytest.mark.parametrize(
+    "after_s", [0.1, *(pytest.param(after, marks=pytest.mark.thorough) for after in (0.0, 0.2, 0.35))]
+)
 def test_fault_74_hungry_an_engine_whose_memory_is_gone_while_an_axis_turns_leaves_it_standing(
     tmp_path: Path, after_s: float
 ) -> None:

@@ -114,19 +114,10 @@ def test_fault_89_a_run_whose_process_is_killed_or_frozen_while_an_axis_moves_ri
         assert "its stop guard told every axis to stop" in page
 
 
-@pytest.mark.parametrize(
-    ("resource_number", "limit"),
-    [
-        (resource.RLIMIT_NOFILE, 6),
-        pytest.param(resource.RLIMIT_AS, 1000, marks=pytest.mark.thorough),
-    ],
-)
-def test_a_run_that_is_out_of_open_files_or_of_memory_rings_by_its_stop_guard(
-    tmp_path: Path, resource_number: int, limit: int
-) -> None:
+def test_a_run_that_is_out_of_open_files_rings_by_its_stop_guard(tmp_path: Path) -> None:
     """It unwinds, and can neither journal its end, nor write a page, nor tell anybody; its goodbye is none."""
     with a_night(tmp_path, escalate_after_min=0.01) as night:
-        resource.prlimit(night.process.pid, resource_number, (limit, limit))
+        resource.prlimit(night.process.pid, resource.RLIMIT_NOFILE, (6, 6))
         assert until(lambda: night.process.poll() is not None, LONGEST_S)
         assert night.process.returncode > 0
         assert until(lambda: bool(night.sink.of("/others")), LONGEST_S)
