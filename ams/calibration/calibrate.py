@@ -122,7 +122,8 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
     solved_axes = {label: axes[label] for label in labels}
     handed = handedness(solved_axes, request.declared) if base.convention == "TP" else ()
-    hidden = hidden_in_step(rows, layout, groups[0][1].problem.form.basis) if base.convention == "TP" else ()
+    linear = groups[0][1].problem.form.basis[:, : len(base.primary_names)]
+    hidden = hidden_in_step(rows, layout, linear) if base.convention == "TP" else ()
     remarks = (*handed, *bend_remarks(rows, fitted), *hidden)
     return Calibration(solved_axes, base.name, base.convention, warnings, remarks, package)
 

@@ -41,7 +41,7 @@ def in_step_correlation(terms: FloatArray) -> float:
 def hidden_in_step(rows: Observations, layout: Layout, terms: FloatArray) -> tuple[str, ...]:
     """Return the remark on an order that repeats; nothing where it does not, or where no times tell the order.
 
-    ``terms``: (N, P) of the model at every row.
+    ``terms``: (N, P) of the linear sensor at every row.
     """
     if rows.time_s is None or layout.replications == 1 or rows.pitch_rad is None or rows.roll_rad is None:
         return ()
