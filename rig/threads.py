@@ -52,10 +52,7 @@ class BegunThread:
     def do_here(self) -> None:
         """Do work that was claimed, in this thread. It raises nothing: what failed is not done."""
         try:
-            self._work()
-            self.is_done = True
-        except Exception:  # noqa: BLE001, S110  its piece says that it is not done, and the others must be done too
-            pass
+            self.is_done = _done(self._work)
         finally:
             self._ended.release()
 
@@ -105,6 +102,7 @@ def at_once(works: Sequence[Callable[[], object]], within_s: float, name: str) -
 
 
 def _done(work: Callable[[], object]) -> bool:
+    """Do a work and return whether it did not fail: whoever asked tells that, and does the others too."""
     try:
         work()
     except Exception:  # noqa: BLE001  the next one has to be done too

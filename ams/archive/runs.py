@@ -34,7 +34,6 @@ from ams.surveillance.adjustment import (
     acceptance_of,
     adjust,
     from_document,
-    judged_by,
     to_document,
     without_conformity,
 )
@@ -387,7 +386,7 @@ def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None
     is_held = connection.execute(quarantined().where(QUARANTINES.c.sha256 == sha256)).first() is not None
     stored = stored_set(connection, sha256)
     why = no_conformity(stored.verdict, is_in_quarantine=is_held, is_withdrawn=stored.withdrawal is not None)
-    found = without_conformity(judged_by(from_document(json.loads(text)), acceptance_of(stored.provenance)), why)
+    found = without_conformity(from_document(json.loads(text), acceptance_of(stored.provenance)), why)
     if found.as_found is None:
         return found
     if stored.withdrawal is not None:

@@ -191,17 +191,6 @@ def _acceptance(declared: Mapping[str, Json], capability_deg: Json) -> Acceptanc
     return Acceptance(limits, rule, 0.0 if capability_deg is None else number(capability_deg))
 
 
-def judged_by(adjustment: Adjustment, acceptance: Acceptance) -> Adjustment:
-    """Return an adjustment judged anew: one that was stored may know of no capability."""
-
-    def anew(condition: Condition) -> Condition:
-        return replace(condition, judgements=_judged(condition.errors, condition.undetermined, acceptance))
-
-    found = None if adjustment.as_found is None else anew(adjustment.as_found)
-    judged = replace(adjustment, acceptance=acceptance, as_found=found, as_left=anew(adjustment.as_left))
-    return without_conformity(judged, adjustment.not_judged)
-
-
 def judge(errors: AngleErrors, limit_deg: float, rule: Rule, capability_deg: float = 0.0) -> Judgement:
     """Judge one angle against its limit by the rule."""
     size, expanded = np.abs(errors.error_deg), np.maximum(errors.expanded_deg, capability_deg)
@@ -296,11 +285,15 @@ def to_document(adjustment: Adjustment) -> Document:
     }
 
 
-def from_document(document: Document) -> Adjustment:
-    """Return the adjustment back from :func:`to_document`."""
+def from_document(document: Document, acceptance: Acceptance | None = None) -> Adjustment:
+    """Return the adjustment back from :func:`to_document`.
+
+    ``acceptance``: what it is judged by; None: as is stored, which may know of no capability.
+    """
     usage, accepted = document["usage_pitch_deg"], table(document["acceptance"])
-    limits = {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
-    acceptance = _acceptance({**limits, "decision_rule": accepted["rule"]}, accepted.get("capability_deg"))
+    if acceptance is None:
+        limits = {f"{angle}_limit_deg": limit for angle, limit in table(accepted["limits_deg"]).items()}
+        acceptance = _acceptance({**limits, "decision_rule": accepted["rule"]}, accepted.get("capability_deg"))
     found, why, not_judged = document["as_found"], document["no_as_found"], document.get("not_judged")
     read = Adjustment(
         str(document["sensor"]),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from math import gcd
 from typing import Final
 
-from ams.calibration.together.in_step_hidden import PASSES_FOR_TERMS, in_step_correlation
+from ams.calibration.together.in_step_hidden import PASSES_FOR_TERMS, hidden_in_words, in_step_correlation
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
@@ -262,10 +262,8 @@ def _advice_on_what_comes_back(plan: Plan) -> Iterator[str]:
     share = in_step_correlation(columns_of(*_first_replication(plan)))
     if share >= PASSES_FOR_TERMS:
         yield (
-            f'the order "{plan.order}" is the same in every replication: what comes back with each (hum of the mains '
-            "that beats with the readings, a chamber or an air conditioning that cycles) can go with offset and "
-            f'sensitivities by {share:.2f}, and no test and no uncertainty has that part; order = "neighbours" makes '
-            "noise of it"
+            f'the order "{plan.order}" is the same in every replication: {hidden_in_words(share)}; '
+            'order = "neighbours" makes noise of it'
         )
 
 

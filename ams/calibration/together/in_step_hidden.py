@@ -52,7 +52,15 @@ def hidden_in_step(rows: Observations, layout: Layout, terms: FloatArray) -> tup
     if share < PASSES_FOR_TERMS:
         return ()
     return (
-        f"{SAME_ORDER}: what comes back with each (hum of the mains that beats with the readings, a chamber or an air "
-        f"conditioning that cycles) can go with offset and sensitivities by {share:.2f}, and no test and no "
-        'uncertainty has that part; another order in every replication makes noise of it (order = "neighbours")',
+        f"{SAME_ORDER}: {hidden_in_words(share)}; another order in every replication makes noise of it "
+        '(order = "neighbours")',
+    )
+
+
+def hidden_in_words(share: float) -> str:
+    """Return what an order that repeats hides by such a correlation."""
+    return (
+        "what comes back with each (hum of the mains that beats with the readings, a chamber or an air conditioning "
+        f"that cycles) can go with offset and sensitivities by {share:.2f}, and no test and no uncertainty has that "
+        "part"
     )

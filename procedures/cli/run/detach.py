@@ -49,7 +49,7 @@ def detached(
     given = [word for option, value in options.items() if value is not None for word in (option, str(value))]
     command = [sys.executable, "-m", "procedures.cli.main", name, *arguments, *given]
     command += [flag for flag, is_set in flags.items() if is_set]
-    opened_before = _last_opening(out)
+    opened_before, _ = _last_opening(out)
     log = _log_in(out)
     with log.open("wb") as output:
         child = subprocess.Popen(  # noqa: S603  this very program
@@ -85,21 +85,23 @@ def detached(
     return ExitStatus.DONE
 
 
-def _last_opening(folder: Path) -> int:
-    """Return where in its journal a process opened the run last; 0 where none did, and of a folder of runs."""
+def _last_opening(folder: Path) -> tuple[int, int]:
+    """Return where in its journal a process opened the run last, and its state came last; 0 where neither is.
+
+    A folder of runs has none.
+    """
     if not (folder / JOURNAL_FILE).exists():
-        return 0
+        return 0, 0
     with JournalReader.open(folder) as reader:
-        opened = reader.last_event("opened")
-    return 0 if opened is None else opened.sequence
+        found = [reader.last_event(kind) for kind in ("opened", "state")]
+    opened, entered = (0 if event is None else event.sequence for event in found)
+    return opened, entered
 
 
 def _is_taken_up(folder: Path, opened_before: int) -> bool:
     """Return whether a process opened the run after that, and has entered a state since."""
-    opened = _last_opening(folder)
-    with JournalReader.open(folder) as reader:
-        entered = reader.last_event("state")
-    return opened > opened_before and entered is not None and entered.sequence > opened
+    opened, entered = _last_opening(folder)
+    return opened_before < opened < entered
 
 
 def _free_name(folder: Path) -> Path:

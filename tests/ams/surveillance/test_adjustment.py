@@ -20,7 +20,6 @@ from ams.surveillance.adjustment import (
     adjust,
     from_document,
     judge,
-    judged_by,
     to_document,
 )
 from ams.surveillance.attitude_errors import TWO_ATTITUDES, AngleErrors, angles_judged, errors_of
@@ -194,7 +193,7 @@ def test_what_was_judged_without_the_capability_is_judged_anew_by_it() -> None:
     before = adjust(None, new, rows, Acceptance({"pitch": 0.0015}))
     assert before.as_left.verdict == "pass"
     capable = Acceptance({"pitch": 0.0015}, capability_deg=0.002)
-    again = judged_by(from_document(to_document(before)), capable)
+    again = from_document(to_document(before), capable)
     assert again.as_left.judgements == adjust(None, new, rows, capable).as_left.judgements
     assert again.as_left.verdict == "conditional"
 
