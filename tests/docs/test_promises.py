@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "unattended.md"
+PAGE = ROOT / "docs" / "unattended-proofs.md"
 ROW = re.compile(r"^\| (?P<promise>[^|]+) \| (?P<tests>[^|]+) \|$", re.MULTILINE)
 LINK = re.compile(r"\]\(\.\./(?P<path>tests/[^)#]+)(?:#(?P<name>\w+))?\)")
 
