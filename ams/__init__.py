@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from ams.in_use import PackageStream as PackageStream
     from ams.in_use import load as load
     from ams.in_use import load_gyros as load_gyros
-    from ams.inference.aided_rates import Aiding as Aiding
-    from ams.inference.rates import Motion as Motion
+    from ams.inference.gyros.aided_rates import Aiding as Aiding
+    from ams.inference.gyros.rates import Motion as Motion
     from ams.inputs.observations_csv import read_csv as read_csv
     from ams.inputs.request import CalibrationRequest as CalibrationRequest
     from ams.inputs.table_uncertainty import TableUncertainty as TableUncertainty
@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from ams.sets.provenance import Provenance as Provenance
 
 _HOME = {
-    "Aiding": "ams.inference.aided_rates",
+    "Aiding": "ams.inference.gyros.aided_rates",
     "Attitude": "ams.in_use",
     "CalibrationRequest": "ams.inputs.request",
     "GyroStream": "ams.in_use",
-    "Motion": "ams.inference.rates",
+    "Motion": "ams.inference.gyros.rates",
     "Observations": "ams.observations",
     "PackageInUse": "ams.in_use",
     "PackageStream": "ams.in_use",

@@ -17,15 +17,15 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.errors import OutsideValidity, SetNotUsable
 from ams.exports.formats import load_set
-from ams.inference.aided_rates import AidedAngles, Aiding
-from ams.inference.angle_stream import AngleStream, Answer
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import AidedAngles, Aiding
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Inference, Package, inference
-from ams.inference.rates import GyroAngles, Motion
-from ams.inference.reliability import Unseen, unseen_errors
-from ams.inference.standing_outputs import StandingOutputs, can_stand
-from ams.inference.stated_rate import StatedRate
-from ams.inference.watched_axes import answered_at_once, watched_axes
+from ams.inference.rows.angle_stream import AngleStream, Answer
+from ams.inference.rows.stated_rate import StatedRate
+from ams.inference.watch.reliability import Unseen, unseen_errors
+from ams.inference.watch.standing_outputs import StandingOutputs, can_stand
+from ams.inference.watch.watched_axes import answered_at_once, watched_axes
 from ams.sets.coefficients import CoefficientSet
 
 Volts = ArrayLike | Mapping[str, ArrayLike]

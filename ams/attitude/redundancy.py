@@ -2,7 +2,7 @@
 
 One row of one package of three axes tells that an axis is wrong and never which: with any one left out nothing is left
 to test. An axis can be named by a reading that stands at its offset or at a rail, by the others alone having no
-attitude that could give their outputs, or by many rows of different attitude (:mod:`ams.inference.faulty_axis`).
+attitude that could give their outputs, or by many rows of different attitude (:mod:`ams.inference.watch.faulty_axis`).
 Packages of more readings are tested by what is left of
 their residuals: degrees of freedom are the valid readings less the rank of the attitude's Jacobian; a reading is
 suspect where the rest agree without it. Arrays are channel-first.

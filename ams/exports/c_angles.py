@@ -9,7 +9,7 @@ import math
 from typing import Final
 
 from ams.exports.c_text import defined, filled
-from ams.inference.package_bounds import package_bounds
+from ams.inference.package.package_bounds import package_bounds
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import INVERSE_STEPS, ROUNDING_DEG, is_straight
 

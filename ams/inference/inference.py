@@ -18,15 +18,15 @@ from ams.attitude.spread import PackageErrors
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.attitude.three_axes import BLOCK_ROWS, AttitudeColumns, blocks
 from ams.errors import OutsideValidity
-from ams.inference.alignment import AlignedPackage, AlignedSensor, Alignment
-from ams.inference.angle_stream import SD_FACTOR, Answer, nothing, with_temperature_codes
-from ams.inference.bent_sensors import unbent
-from ams.inference.by_inverse import pitch_by_inverse
-from ams.inference.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
-from ams.inference.fixed_sensors import Kernel, kernel_of, name_suspects_of
-from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
-from ams.inference.site_gravity import check_site_gravity, gravity_shares, shares_in_common
-from ams.inference.used_beyond import codes_of_angles, senses_roll_within
+from ams.inference.package.alignment import AlignedPackage, AlignedSensor, Alignment
+from ams.inference.package.bent_sensors import unbent
+from ams.inference.package.by_inverse import pitch_by_inverse
+from ams.inference.package.calibrated import CalibratedPackage, CalibratedSensor, package_of_set, sensor_of_set
+from ams.inference.package.fixed_sensors import Kernel, kernel_of, name_suspects_of
+from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.inference.package.site_gravity import check_site_gravity, gravity_shares, shares_in_common
+from ams.inference.rows.angle_stream import SD_FACTOR, Answer, nothing, with_temperature_codes
+from ams.inference.rows.used_beyond import codes_of_angles, senses_roll_within
 from ams.models.registry import MODELS
 from ams.sets.axis_section import lack_of_fit_of
 from ams.sets.canonical import table

@@ -25,7 +25,7 @@ from ams.arrays import BoolArray, FloatArray
 from ams.attitude.spread import output_errors
 from ams.errors import OutsideValidity
 from ams.frames import specific_force
-from ams.inference.calibrated import package_of_set, sensor_of_set
+from ams.inference.package.calibrated import package_of_set, sensor_of_set
 from ams.inputs.request import select_rows
 from ams.models.registry import is_solved_from_levels
 from ams.observations import Observations

@@ -21,7 +21,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude.three_axes import turns
 from ams.frames import specific_force
-from ams.inference.calibrated import CalibratedSensor
+from ams.inference.package.calibrated import CalibratedSensor
 
 LARGEST_AMPLIFICATION: Final = 10.0
 """Points where an angle's error would be more than so many times that of an output at full slope are left out."""

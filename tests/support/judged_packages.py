@@ -9,9 +9,9 @@ from physics_scenes import campaigns
 from solved_campaigns import columns_of, rows_of
 
 from ams.calibration.calibrate import calibrate
-from ams.inference.faulty_axis import Judgement
 from ams.inference.inference import Package, inference
-from ams.inference.watched_axes import WatchedAxes
+from ams.inference.watch.faulty_axis import Judgement
+from ams.inference.watch.watched_axes import WatchedAxes
 from ams.inputs.request import CalibrationRequest
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance

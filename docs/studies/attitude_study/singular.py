@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
-from ams.inference.lines import SensorLine
-from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.inference.package.lines import SensorLine
+from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from procedures.report.canvas import INK, SERIES
 

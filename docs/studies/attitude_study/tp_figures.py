@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
-from ams.inference.lines import SensorLine
+from ams.inference.package.lines import SensorLine
 from ams.models.accelerometer import vector_from_angles
 from procedures.report.canvas import SERIES
 

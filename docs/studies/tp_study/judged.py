@@ -15,7 +15,7 @@ from ams.attitude.static import pitch_roll_from_three, pitch_with_known_roll
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.frames import Attitude, wrap_rad
-from ams.inference.lines import SensorLine, package_lines, sensor_line
+from ams.inference.package.lines import SensorLine, package_lines, sensor_line
 from ams.inputs.request import CalibrationRequest
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations

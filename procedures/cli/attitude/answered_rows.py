@@ -13,7 +13,7 @@ from typing import IO, Final, cast
 from rich.console import Console
 from threadpoolctl import threadpool_limits
 
-from ams.inference.angle_stream import AngleStream
+from ams.inference.rows.angle_stream import AngleStream
 from ams.inputs.hdf5_blocks import blocks_of
 from ams.whole_file import whole_file
 from procedures.cli.attitude.lines import is_line, opened_source, opened_target

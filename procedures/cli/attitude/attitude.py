@@ -8,17 +8,17 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from ams.inference.aided_rates import AidedAngles
-from ams.inference.alignment import load_alignment
-from ams.inference.angle_stream import AngleStream
-from ams.inference.doubts import doubts_of
-from ams.inference.frozen_outputs import FrozenOutputs, noise_by_column
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import AidedAngles
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.monitored import MonitoredAngles
+from ams.inference.gyros.rates import GyroAngles
 from ams.inference.inference import Inference, Package, inference
-from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles
-from ams.inference.standing_outputs import StandingOutputs, can_stand
-from ams.inference.watched_axes import Stretch, watch_of, watched_axes
+from ams.inference.package.alignment import load_alignment
+from ams.inference.rows.angle_stream import AngleStream
+from ams.inference.watch.doubts import doubts_of
+from ams.inference.watch.frozen_outputs import FrozenOutputs, noise_by_column
+from ams.inference.watch.standing_outputs import StandingOutputs, can_stand
+from ams.inference.watch.watched_axes import Stretch, watch_of, watched_axes
 from ams.sets.dated_ahead import ahead_of_clock
 from ams.sets.triad_section import has_unmeasured_directions
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED

@@ -8,8 +8,8 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.inference.alignment import LARGEST_SD_DEG, solve_alignment, store_alignment
 from ams.inference.inference import Package, inference
+from ams.inference.package.alignment import LARGEST_SD_DEG, solve_alignment, store_alignment
 from ams.inputs.hdf5_blocks import blocks_of
 from procedures.cli.attitude.source import REMEDIES
 from procedures.cli.options import require_folder_of

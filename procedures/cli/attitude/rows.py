@@ -15,7 +15,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.attitude.flag_codes import distinct_words
-from ams.inference.angle_stream import Answer
+from ams.inference.rows.angle_stream import Answer
 from ams.inputs.number_blocks import parquet
 from procedures.errors import RequestError
 

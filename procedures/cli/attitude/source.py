@@ -8,16 +8,16 @@ from cyclopts import Parameter
 
 from ams.attitude.earth_rate import EarthRate
 from ams.errors import OutsideValidity
-from ams.inference.aided_rates import AidedAngles, Aiding
-from ams.inference.angle_stream import AngleStream
-from ams.inference.averaged import AveragedAngles
-from ams.inference.field_aid import FieldAid
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import AidedAngles, Aiding
+from ams.inference.gyros.field_aid import FieldAid
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.monitored import MonitoredAngles
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Package
-from ams.inference.low_passed import LowPassedAngles, LowPassWish
-from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles, Motion
-from ams.inference.stated_rate import StatedRate
+from ams.inference.rows.angle_stream import AngleStream
+from ams.inference.rows.averaged import AveragedAngles
+from ams.inference.rows.low_passed import LowPassedAngles, LowPassWish
+from ams.inference.rows.stated_rate import StatedRate
 from ams.inputs.csv_table import Remedies
 from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.rig_stream import StreamWiring

@@ -13,7 +13,7 @@ from typing import IO, Final
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.inference.angle_stream import AngleStream
+from ams.inference.rows.angle_stream import AngleStream
 from ams.inputs.csv_table import CsvForm, header_from, is_number
 from ams.inputs.number_blocks import numbers_of
 from procedures.cli.attitude.rows import Rows, RowWriter

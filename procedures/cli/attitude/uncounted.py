@@ -3,9 +3,9 @@
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from ams.inference.counted_shifts import OFFSET_KEY, undeclared_shifts
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.gyro_package import GyroPackage
 from ams.inference.inference import Package
+from ams.inference.package.counted_shifts import OFFSET_KEY, undeclared_shifts
 from ams.statistics.distributions import student_t_quantile
 
 _MANY_DEGREES: Final = 30.0

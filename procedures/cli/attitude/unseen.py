@@ -6,12 +6,12 @@ from typing import Final
 
 import numpy as np
 
-from ams.inference.angle_stream import AngleStream
-from ams.inference.counted_shifts import undeclared_shifts
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.gyro_package import GyroPackage
 from ams.inference.inference import Package
-from ams.inference.reliability import unseen_of
-from ams.inference.reliability_words import unseen_in_words
+from ams.inference.package.counted_shifts import undeclared_shifts
+from ams.inference.rows.angle_stream import AngleStream
+from ams.inference.watch.reliability import unseen_of
+from ams.inference.watch.reliability_words import unseen_in_words
 from procedures.cli.attitude.answered_rows import one_thread
 from procedures.cli.output import note, print_json
 

@@ -10,11 +10,11 @@ from typing import Final
 import numpy as np
 
 from ams.attitude.earth_rate import EarthRate
-from ams.inference.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
-from ams.inference.frozen_outputs import FrozenOutputs
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import UNSTATED_ZERO_SD_DPS, AidedAngles
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import GyroAngles
 from ams.inference.inference import Package
-from ams.inference.rates import GyroAngles
+from ams.inference.watch.frozen_outputs import FrozenOutputs
 from ams.sets.stated_findings import is_stated
 from ams.sets.verdict_conditions import (
     CUBIC_BEND_UNDETERMINED,

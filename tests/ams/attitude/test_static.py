@@ -16,7 +16,7 @@ from ams.attitude.static import (
 from ams.calibration.calibrate import calibrate
 from ams.errors import DesignError
 from ams.frames import specific_force
-from ams.inference.lines import SensorLine, sensor_line
+from ams.inference.package.lines import SensorLine, sensor_line
 from ams.inputs.request import CalibrationRequest
 from ams.models.accelerometer import vector_from_angles
 from ams.models.pitch_yaw_roll import PitchYawRoll

@@ -9,7 +9,7 @@ from solved import PARAMETERS, direction, provenance, solved_package
 
 from ams.exports.c_header import to_c_header
 from ams.inference.inference import Package, inference
-from ams.inference.package_bounds import package_bounds
+from ams.inference.package.package_bounds import package_bounds
 from ams.sets.coefficients import CoefficientSet, build_set
 
 pytestmark = needs_compiler

@@ -14,11 +14,11 @@ from solved_sets import gyro_set, tp_set
 
 from ams.attitude.earth_rate import EarthRate
 from ams.errors import OutsideValidity
-from ams.inference.aided_rates import AidedAngles, Aiding
-from ams.inference.angle_stream import Answer
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import AidedAngles, Aiding
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import Motion
 from ams.inference.inference import Package
-from ams.inference.rates import Motion
+from ams.inference.rows.angle_stream import Answer
 from ams.inputs.shared_errors import SHIFTS
 
 GYROS, FORCE = gyro_set(), tp_set()

@@ -5,8 +5,8 @@ import pytest
 from foreign_sets import TC2, bending
 
 from ams.errors import OutsideValidity
-from ams.inference.calibrated import sensor_of_set
 from ams.inference.inference import Inference, Package
+from ams.inference.package.calibrated import sensor_of_set
 from ams.sets.apply import apply, sensed_force
 
 PITCH_DEG, ROLL_DEG = np.array([-35.0, 10.0, 60.0]), np.array([-120.0, 15.0, 40.0])

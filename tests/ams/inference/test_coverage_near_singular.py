@@ -10,8 +10,8 @@ from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.static import LARGEST_SD_RAD, pitch_roll_from_three, pitch_roll_from_two
 from ams.frames import specific_force
-from ams.inference.lines import SensorLine
-from ams.inference.packages import SpreadAngles, angles_from_packages, angles_from_sting
+from ams.inference.package.lines import SensorLine
+from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g, sting_gravity_g
 
 DRAWS = 6000

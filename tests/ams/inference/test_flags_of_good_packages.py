@@ -15,7 +15,7 @@ from solved_campaigns import columns_of, rows_of
 from ams.attitude import flag_codes
 from ams.calibration.calibrate import calibrate
 from ams.inference.inference import Package, inference
-from ams.inference.watched_axes import answered_at_once, watched_axes
+from ams.inference.watch.watched_axes import answered_at_once, watched_axes
 from ams.inputs.request import CalibrationRequest
 from ams.sets.coefficients import build_set
 from ams.sets.provenance import Provenance

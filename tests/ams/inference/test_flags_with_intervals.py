@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 from solved_sets import bent_set, gyro_set, package_set, tp_set
 
 from ams.attitude import flag_codes
-from ams.inference.alignment import Alignment
-from ams.inference.angle_stream import AngleStream
-from ams.inference.averaged import AveragedAngles
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.monitored import MonitoredAngles
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Package, inference
-from ams.inference.low_passed import LowPassedAngles, LowPassWish
-from ams.inference.monitored import MonitoredAngles
-from ams.inference.rates import GyroAngles, Motion
+from ams.inference.package.alignment import Alignment
+from ams.inference.rows.angle_stream import AngleStream
+from ams.inference.rows.averaged import AveragedAngles
+from ams.inference.rows.low_passed import LowPassedAngles, LowPassWish
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 

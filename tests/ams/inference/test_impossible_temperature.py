@@ -7,12 +7,12 @@ from solved_sets import gyro_set, tp_set
 
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
-from ams.inference.aided_rates import AidedAngles, Aiding
-from ams.inference.averaged import AveragedAngles
-from ams.inference.frozen_outputs import FrozenOutputs
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.aided_rates import AidedAngles, Aiding
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import Motion
 from ams.inference.inference import Inference, Package
-from ams.inference.rates import Motion
+from ams.inference.rows.averaged import AveragedAngles
+from ams.inference.watch.frozen_outputs import FrozenOutputs
 from ams.sets.apply import apply
 
 WORDS = "temperature that no sensor stands: taken as missing"

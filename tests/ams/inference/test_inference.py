@@ -10,12 +10,12 @@ from ams.attitude import flag_codes
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
-from ams.inference.doubts import doubts_of
-from ams.inference.faulty_axis import Cause
 from ams.inference.inference import Inference, Package, inference
-from ams.inference.lines import SensorLine
-from ams.inference.packages import angles_from_sting
-from ams.inference.watched_axes import WatchedAxes
+from ams.inference.package.lines import SensorLine
+from ams.inference.package.packages import angles_from_sting
+from ams.inference.watch.doubts import doubts_of
+from ams.inference.watch.faulty_axis import Cause
+from ams.inference.watch.watched_axes import WatchedAxes
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet, build_set

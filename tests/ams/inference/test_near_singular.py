@@ -12,8 +12,8 @@ import pytest
 
 from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
-from ams.inference.lines import SensorLine
-from ams.inference.packages import angles_from_packages, angles_from_sting
+from ams.inference.package.lines import SensorLine
+from ams.inference.package.packages import angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g
 
 READING_SD, CALIBRATION_SD = 1e-3, 5e-4

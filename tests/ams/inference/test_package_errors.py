@@ -18,10 +18,10 @@ from ams.calibration.joint_diagnosis import diagnose_joint
 from ams.calibration.joint_document import joint_calibration
 from ams.calibration_result import Calibration, VarianceComponent
 from ams.frames import Attitude, specific_force
-from ams.inference.calibrated import package_of_set, sensor_of_set
 from ams.inference.inference import Package, inference
-from ams.inference.lines import PackageLines, SensorLine, package_lines
-from ams.inference.packages import SpreadAngles, angles_from_packages
+from ams.inference.package.calibrated import package_of_set, sensor_of_set
+from ams.inference.package.lines import PackageLines, SensorLine, package_lines
+from ams.inference.package.packages import SpreadAngles, angles_from_packages
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
 from ams.models.cr import model_gravity_g, sting_gravity_g

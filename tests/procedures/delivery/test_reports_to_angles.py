@@ -24,9 +24,9 @@ from ams.errors import SetError
 from ams.exports.formats import FORMATS, export_set, load_set
 from ams.exports.verify import verify
 from ams.frames import body_rates_rad_s, specific_force
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Package, inference
-from ams.inference.rates import GyroAngles, Motion
 from ams.sets.apply import apply, sensed_level
 from ams.sets.canonical import listed, number, table
 from ams.sets.coefficients import CoefficientSet

@@ -12,8 +12,8 @@ from solved import provenance
 from ams.analysis.calibration_budget import axis_budget
 from ams.calibration.calibrate import calibrate
 from ams.frames import AXES, euler_rates_rad_s, from_level_axes
-from ams.inference.gyro_package import GyroPackage
-from ams.inference.rates import GyroAngles, Motion
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, SharedError
 from ams.observations import Observations

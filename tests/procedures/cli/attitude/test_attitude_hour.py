@@ -16,9 +16,9 @@ from solved_sets import gyro_set, tp_set
 
 from ams.attitude import flag_codes
 from ams.frames import body_rates_rad_s
-from ams.inference.gyro_package import GyroPackage
+from ams.inference.gyros.gyro_package import GyroPackage
+from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Package, inference
-from ams.inference.rates import GyroAngles, Motion
 from procedures.cli.attitude.rows import CsvRows, Rows, RowWriter
 from procedures.cli.attitude.stream import answer_stream
 

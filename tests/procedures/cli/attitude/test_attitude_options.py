@@ -16,8 +16,8 @@ from rich.console import Console
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from ams.arrays import FloatArray
-from ams.inference.angle_stream import Answer
 from ams.inference.inference import Inference, inference
+from ams.inference.rows.angle_stream import Answer
 from procedures.cli.attitude import lines as attitude_lines
 from procedures.cli.attitude import rows as attitude_rows
 from procedures.cli.attitude import stream as attitude_stream

@@ -1,0 +1,1 @@
+"""Gyros: their rates, alone or beside accelerometers and magnetometers, integrated or filtered."""
