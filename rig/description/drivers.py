@@ -25,6 +25,8 @@ class DescribedDriver:
     """What a rig file needs to know of a driver."""
 
     name: str
+    speaks_modbus: bool
+    """Whether its devices answer in Modbus, and so refuse by exception codes."""
 
     def settings_class(self, ability: Ability) -> type | None:
         """Return the strict table of a device with this ability, None where the driver has no such devices."""

@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.description.drivers import DRIVERS
 from rig.errors import DescriptionError
 from rig.toml_file import StrictTable, TomlFile, read_toml
 
@@ -52,7 +53,6 @@ BOTH_WAYS = frozenset(
 MOTION = frozenset({"stall", "slip", "lag"})
 ONE_LINE_ONLY = MOTION | {"swap"}
 """Kinds that need one line named."""
-MODBUS_DRIVERS = frozenset({"watlow-f4", "watlow-f4t", "oriental-az"})
 _TRIGGERS = ("nth", "every", "at_s", "probability")
 _FIELDS_OF_KINDS = (
     "delay_s",
@@ -193,6 +193,6 @@ def _strangers(rule: FaultRule, drivers: Mapping[str, str]) -> Iterable[tuple[st
             yield key, unknown
     if rule.kind in MOTION and not rule.line.startswith("axes."):
         yield "line", f"got {rule.line!r}: {rule.kind} happens to an axis"
-    talks = {line: driver for line, driver in drivers.items() if rule.line in (EVERY_LINE, line)}
-    if rule.kind == "exception" and (strange := sorted(set(talks.values()) - MODBUS_DRIVERS)):
+    talks = {driver for line, driver in drivers.items() if rule.line in (EVERY_LINE, line)}
+    if rule.kind == "exception" and (strange := sorted(name for name in talks if not DRIVERS[name].speaks_modbus)):
         yield "kind", f"exception is a reply of Modbus, which {strange[0]} does not talk"

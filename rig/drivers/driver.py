@@ -95,6 +95,8 @@ class Driver(DescribedDriver):
     environment: EnvironmentDriver[Any] | None = None
     stream: StreamDriver[Any] | None = None
     field: FieldDriver[Any] | None = None
+    speaks_modbus: bool = False
+    """Whether every line of it carries Modbus, by RTU or TCP: a fault file may put exceptions on it then."""
 
     def settings_class(self, ability: Ability) -> type | None:
         parts: Mapping[Ability, Any] = {

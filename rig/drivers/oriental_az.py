@@ -15,4 +15,6 @@ def _twin(axes: Mapping[str, OrientalAzSettings], world: World, time_factor: flo
     return OrientalAzTwin(motors, world, gap_s=time_factor)
 
 
-DRIVER = Driver("oriental-az", axes=AxesDriver(OrientalAzSettings, on_one_line(oriental_az.connect), _twin))
+DRIVER = Driver(
+    "oriental-az", axes=AxesDriver(OrientalAzSettings, on_one_line(oriental_az.connect), _twin), speaks_modbus=True
+)

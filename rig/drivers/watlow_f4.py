@@ -18,4 +18,4 @@ def _twin(name: str, settings: WatlowF4Settings, world: World, time_factor: floa
     return WatlowF4Twin(name, world, unit=settings.unit, gap_s=time_factor)
 
 
-DRIVER = Driver("watlow-f4", environment=EnvironmentDriver(WatlowF4Settings, _open, _twin))
+DRIVER = Driver("watlow-f4", environment=EnvironmentDriver(WatlowF4Settings, _open, _twin), speaks_modbus=True)

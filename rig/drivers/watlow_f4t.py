@@ -22,4 +22,4 @@ def _twin(name: str, settings: WatlowF4TSettings, world: World, time_factor: flo
     return ModbusSlave(registers, unit=settings.unit, framing=settings.transport, gap_s=time_factor)
 
 
-DRIVER = Driver("watlow-f4t", environment=EnvironmentDriver(WatlowF4TSettings, _open, _twin))
+DRIVER = Driver("watlow-f4t", environment=EnvironmentDriver(WatlowF4TSettings, _open, _twin), speaks_modbus=True)

@@ -1,12 +1,15 @@
 """Laws of the fault file: strict, every mistake with its place, nothing that does not fit the rig."""
 
+import sys
 from pathlib import Path
 
 import pytest
-from table_bench import example_rig
+from installed_examples import install
+from table_bench import example_rig, rig_file
 
 from rig.assembly.faulty_lines import drivers_of
 from rig.description.fault_plan import MAY_HAVE, NEEDS, FaultPlan, FaultRule, read_faults
+from rig.description.read import read_rig
 from rig.errors import DescriptionError
 
 VALUES = {
@@ -108,3 +111,32 @@ def test_a_wrong_kind_hides_no_wrong_line(tmp_path: Path) -> None:
         "/faults.toml:8: fault.that.other: got 'axes.tilt'",
     ]
     assert found[0].startswith("/faults.toml:3: fault.it.kind: got 'lost'")
+
+
+CHAMBER_OF_OTHERS = """from dataclasses import replace
+from typing import Literal
+from rig.drivers.watlow_f4 import DRIVER as F4
+class Settings(F4.environment.settings):
+    driver: Literal["foreign-f4"]
+ENVIRONMENT = replace(F4.environment, settings=Settings)
+DRIVER = replace(F4, name="foreign-f4", environment=ENVIRONMENT, speaks_modbus={speaks_modbus})
+"""
+
+
+@pytest.mark.parametrize("speaks_modbus", [True, False])
+def test_a_driver_says_itself_whether_it_speaks_modbus(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, speaks_modbus: bool
+) -> None:
+    """One of another distribution: no list of calrig knows its name."""
+    (tmp_path / "foreign_f4.py").write_text(CHAMBER_OF_OTHERS.format(speaks_modbus=speaks_modbus), encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.delitem(sys.modules, "foreign_f4", raising=False)
+    install("foreign", {"calrig.drivers": {"foreign-f4": "foreign_f4:DRIVER"}}, tmp_path / "site", monkeypatch)
+    drivers = drivers_of(read_rig(rig_file(tmp_path, ('driver = "watlow-f4"', 'driver = "foreign-f4"'))))
+    path = tmp_path / "faults.toml"
+    path.write_text('[fault.it]\nline = "environment.air"\nkind = "exception"\nnth = 1\ncode = 6\n', encoding="utf-8")
+    if speaks_modbus:
+        assert read_faults(path, drivers).fault["it"].code == 6
+    else:
+        with pytest.raises(DescriptionError, match=r"toml:3: fault.it.kind: .*which foreign-f4 does not talk"):
+            read_faults(path, drivers)
