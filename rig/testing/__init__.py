@@ -2,7 +2,7 @@
 
 ``keep_promises`` holds one device of an open rig to the laws of its ability; ``survive_damage`` damages its line;
 ``rig_on`` opens a rig file of twins in memory, over TCP or over a pseudo-terminal. No test runner is needed: a broken
-law is an AssertionError with a sentence. How they are used: docs/drivers.md.
+law is an AssertionError with a sentence. How they are used: docs/own-driver.md.
 """
 
 from rig.testing.damage import DAMAGES, MISTAKEN, survive_damage

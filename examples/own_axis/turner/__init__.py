@@ -1,4 +1,4 @@
-"""An axis of your own that goes to angles and turns at rates, by frames of bytes (docs/drivers.md).
+"""An axis of your own that goes to angles and turns at rates, by frames of bytes (docs/own-driver.md).
 
 Codec, device and twin stand apart: bytes in, values out; meaning without a port; the machine from its other side.
 """

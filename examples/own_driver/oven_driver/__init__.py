@@ -1,4 +1,4 @@
-"""A driver of your own: an oven that speaks lines of ASCII, as a distribution beside calrig (docs/drivers.md).
+"""A driver of your own: an oven that speaks lines of ASCII, as a distribution beside calrig (docs/own-driver.md).
 
 Codec, device and twin stay apart as calrig's own do; what brings them together is registered in ``pyproject.toml``.
 """

@@ -1,4 +1,4 @@
-"""A readout of your own: a meter with three inputs that speaks SCPI, as a distribution beside calrig (docs/drivers.md).
+"""A readout of your own: a meter with three inputs that speaks SCPI, a distribution beside calrig (docs/own-driver.md).
 
 The words of SCPI are calrig's (:mod:`rig.wire.scpi`), so that there is no codec here: device and twin alone.
 """

@@ -1,4 +1,4 @@
-"""A stream of your own: a board that sends a packet of bytes for every sample by itself (docs/drivers.md)."""
+"""A stream of your own: a board that sends a packet of bytes for every sample by itself (docs/own-driver.md)."""
 
 from pulse_imu.device import PulseSettings, connect
 from pulse_imu.twin import twin

@@ -1,4 +1,4 @@
-"""The laws that every driver keeps, for drivers of other distributions: docs/drivers.md."""
+"""The laws that every driver keeps, for drivers of other distributions: docs/own-driver.md."""
 
 from rig.testing import (
     DAMAGES,
