@@ -7,9 +7,9 @@ from datetime import UTC, datetime
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.abilities.abilities import Axis, AxisState, Burst, Environment, Field, NoChance, Readout, Stream, Wait
 from rig.assembly.identity import Identifiable
 from rig.clock import VirtualClock
-from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, NoChance, Readout, Stream, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion.motion_memory import MotionMemory
 

@@ -14,10 +14,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from bench.figure import Effort, Figure
+from rig.abilities.abilities import Stream
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import write_rig
 from rig.clock import SystemClock
-from rig.devices.abilities import Stream
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.csv_imu import connect as connect_csv
 from rig.link.ports import open_stream

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 
 from bench.figure import Effort, Figure
+from rig.abilities.abilities import Stream
 from rig.clock import VirtualClock
-from rig.devices.abilities import Stream
 from rig.devices.csv_imu import CsvImuSettings
 from rig.devices.csv_imu import connect as connect_csv
 from rig.devices.vn100 import Vn100Settings

@@ -11,8 +11,8 @@ from threading import Event, Lock, Thread
 
 from procedures.jog_screen.lease import PAGE, TERMINAL, MotionLease
 from procedures.jog_screen.values import AT_TERMINAL, Asker
+from rig.abilities.abilities import Axis
 from rig.clock import Clock
-from rig.devices.abilities import Axis
 from rig.errors import RigError
 from rig.threads import HAND_OVER_S, BegunThread
 

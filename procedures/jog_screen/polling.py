@@ -11,10 +11,10 @@ from procedures.jog_screen.guard import Guard
 from procedures.jog_screen.inferred import InferredAttitude
 from procedures.jog_screen.statistics import Running
 from procedures.jog_screen.values import AttitudeView, AxisView, ChamberView, ChannelView
+from rig.abilities.abilities import Readout, TurnLook, Wait
+from rig.abilities.rates import measured_rate
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
-from rig.devices.abilities import Readout, TurnLook, Wait
-from rig.devices.rates import measured_rate
 from rig.errors import DeviceFault, GuardLost, LinkLost, MotionBreach, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
 from rig.motion.jog_steps import steps_deg

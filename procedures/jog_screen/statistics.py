@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 
 from procedures.jog_screen.values import ChannelView
-from rig.devices.abilities import Burst
+from rig.abilities.abilities import Burst
 
 SHOWN = 120
 """Readings that are kept for the plot."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from rig.devices.abilities import AxisState
-from rig.devices.rates import MeasuredRate
+from rig.abilities.abilities import AxisState
+from rig.abilities.rates import MeasuredRate
 from rig.local_time import local_hour
 
 Tone = Literal["done", "refused", "failed", "stopped", "note"]

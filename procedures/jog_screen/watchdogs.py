@@ -6,9 +6,9 @@ silent host before anything may move; the looks of the bench are what it hears f
 
 from collections.abc import Callable
 
+from rig.abilities.abilities import Wait, Watchdog
 from rig.assembly.open_rig import Rig
 from rig.clock import WAIT_SLICE_S
-from rig.devices.abilities import Wait, Watchdog
 from rig.errors import RigError, WaitEnded
 from rig.motion import jog
 

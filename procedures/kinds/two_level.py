@@ -20,8 +20,8 @@ from procedures.solution.by_model import observed
 from procedures.solution.expected_points import Solver, by_lines
 from procedures.solution.lines import solve_lines
 from procedures.solution.request import SensorRows, SolvedSensor
+from rig.abilities.targets import broken_rules
 from rig.description.rig_file import RigDescription, Sensor
-from rig.devices.targets import broken_rules
 from rig.toml_file import StrictTable
 
 ALONG = 0.999

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.plan.steps import Dwell, Step
+from rig.abilities.targets import BrokenRule, Miswritten, Rule, broken_rules, is_on_increment, nearest_targets_deg
 from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.targets import BrokenRule, Miswritten, Rule, broken_rules, is_on_increment, nearest_targets_deg
 
 Key = Sequence[object]
 KeyOfAxis = Callable[[str], Key]

@@ -12,7 +12,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.models.possible_temperature import impossible_temperatures
 from procedures.statistics import degrees_of_median, large_deviation_ratio, median_variance_ratio
-from rig.devices.abilities import AxisState
+from rig.abilities.abilities import AxisState
 
 
 @dataclass(frozen=True, slots=True)

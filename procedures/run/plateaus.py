@@ -8,7 +8,7 @@ from procedures.run.judgement.history import plateaus_of, replications_before
 from procedures.run.judgement.judge import Band
 from procedures.run.judgement.suspect_dwells import Suspects
 from procedures.run.live_dwells import LiveDwells
-from rig.devices.chamber_alarms import alarm_clause
+from rig.abilities.chamber_alarms import alarm_clause
 
 INTERLOCK = "interlock"
 """Cause of a hold, and phase under which the twins answer what is read between dwells."""

@@ -19,9 +19,9 @@ from procedures.run.judgement.history import History
 from procedures.run.judgement.mount_check import contradictions
 from procedures.run.judgement.restart_step import compare, strongest
 from procedures.run.progress_log import ProgressLog
+from rig.abilities.abilities import Axis
 from rig.description.rig_file import Sensor
 from rig.description.signal_chain import Chain
-from rig.devices.abilities import Axis
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, LinkLost, MotionBreach
 from rig.motion.standstill import stop_what_moves
 

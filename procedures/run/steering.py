@@ -41,7 +41,7 @@ def _ignore() -> None:
 
 
 class Steering:
-    """What was asked of the run so far; called, it is the :class:`rig.devices.abilities.Wait` of every device."""
+    """What was asked of the run so far; called, it is the :class:`rig.abilities.abilities.Wait` of every device."""
 
     def __init__(
         self,

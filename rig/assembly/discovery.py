@@ -7,11 +7,11 @@ from pathlib import Path
 
 from serial.tools.list_ports import comports
 
+from rig.abilities.unstoppable import why_unstoppable
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.identity import Identifiable, expected, require_expected
 from rig.assembly.open_rig import Claim, claimed_by_nobody_else, open_rig
 from rig.description.rig_file import RigDescription
-from rig.devices.unstoppable import why_unstoppable
 from rig.drivers.twin_lines import axis_lines
 from rig.errors import RequestRefused, RigBusy, RigError
 from rig.lines.lock import acquire

@@ -9,8 +9,8 @@ import numpy as np
 from rig.description.fault_plan import FaultPlan
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import TwinLine
-from rig.twins.faulty import FaultyTwin
-from rig.twins.world import World
+from rig.twins.physics.world import World
+from rig.twins.serving.faulty import FaultyTwin
 
 
 def drivers_of(description: RigDescription) -> dict[str, str]:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
+from rig.abilities.abilities import Axis, Stoppable
 from rig.clock import SystemClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Stoppable
 from rig.errors import RigBusy
 from rig.guard.ask import FOLDER as GUARDS
 from rig.guard.stop_guard import IS_POSSIBLE, GuardedLine, StopGuard

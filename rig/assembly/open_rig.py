@@ -10,15 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import cast
 
-from rig.assembly.faulty_lines import with_faults
-from rig.assembly.guard_of_rig import guarded_lines, stop_guard
-from rig.assembly.identity import Identifiable, expected, require_expected
-from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
-from rig.crash_points import refuse_crash_points
-from rig.description.device_settings import TWIN_PORT
-from rig.description.fault_plan import FaultPlan
-from rig.description.rig_file import RigDescription
-from rig.devices.abilities import (
+from rig.abilities.abilities import (
     Axis,
     Environment,
     Field,
@@ -28,10 +20,18 @@ from rig.devices.abilities import (
     TwinChance,
     WriteFile,
 )
-from rig.devices.cable import CableGuard, TurningAxis
-from rig.devices.cable_memory import memory_of
-from rig.devices.setpoint_memory import carry_over
-from rig.devices.winding import Machine
+from rig.abilities.setpoint_memory import carry_over
+from rig.assembly.faulty_lines import with_faults
+from rig.assembly.guard_of_rig import guarded_lines, stop_guard
+from rig.assembly.identity import Identifiable, expected, require_expected
+from rig.cables.cable import CableGuard, TurningAxis
+from rig.cables.cable_memory import memory_of
+from rig.cables.winding import Machine
+from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
+from rig.crash_points import refuse_crash_points
+from rig.description.device_settings import TWIN_PORT
+from rig.description.fault_plan import FaultPlan
+from rig.description.rig_file import RigDescription
 from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
 from rig.drivers.twin_lines import axis_lines, twin_lines
 from rig.errors import DescriptionError, LinkLost
@@ -43,9 +43,9 @@ from rig.link.counts import ExchangeCounts
 from rig.link.gpib import port_of
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.supervisor import Supervisor
-from rig.twins.control import RemoteChance
+from rig.twins.physics.world import World
+from rig.twins.serving.control import RemoteChance
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 Claim = Callable[[Sequence[str]], None]
 """Take what other machines reach as well, by the names that they know it by too.

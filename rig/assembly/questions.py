@@ -6,9 +6,9 @@ The same is asked of its twin; what is compared: :mod:`rig.assembly.prove`.
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from rig.abilities.abilities import Axis, Environment, Readout, Stream, Wait
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
-from rig.devices.abilities import Axis, Environment, Readout, Stream, Wait
 from rig.errors import DeviceFault, DeviceRefused, RequestRefused, RigError
 from rig.motion.move import move_and_arrive, trusted_state
 

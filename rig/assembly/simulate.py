@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import TracebackType
 
+from rig.abilities.abilities import WriteFile
 from rig.assembly.faulty_lines import with_faults
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.drivers import TABLES
@@ -12,13 +13,12 @@ from rig.description.fault_plan import FaultPlan
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 from rig.description.twin_truth import TwinSection
-from rig.devices.abilities import WriteFile
 from rig.drivers.twin_lines import twin_lines
 from rig.errors import DescriptionError
-from rig.twins.control import ControlTwin
-from rig.twins.ports import Port, PtyPort, TcpPort
-from rig.twins.servers import TwinServer
-from rig.twins.world import World
+from rig.twins.physics.world import World
+from rig.twins.serving.control import ControlTwin
+from rig.twins.serving.ports import Port, PtyPort, TcpPort
+from rig.twins.serving.servers import TwinServer
 
 CONTROL = "twin"
 """The key of the control address."""

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import ExitStack
 from datetime import UTC, datetime
 
+from rig.abilities.unstoppable import why_unstoppable
 from rig.clock import VirtualClock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.unstoppable import why_unstoppable
 from rig.drivers.open import open_axes
 from rig.drivers.twin_lines import axis_lines
 from rig.errors import DescriptionError, RigError

@@ -1,8 +1,8 @@
 """``faults.toml``: what goes wrong on the twins of a rig, line by line, as one frozen value.
 
-Each table ``[fault.NAME]`` says on which line, what, and when. :mod:`rig.twins.faulty` makes it happen, in memory
-(:func:`rig.assembly.open_rig.open_rig`) and on real ports (``calrig simulate --faults``); the kinds that change bytes
-are those of :mod:`rig.link.faults`.
+Each table ``[fault.NAME]`` says on which line, what, and when. :mod:`rig.twins.serving.faulty` makes it happen, in
+memory (:func:`rig.assembly.open_rig.open_rig`) and on real ports (``calrig simulate --faults``); the kinds that change
+bytes are those of :mod:`rig.link.faults`.
 """
 
 from collections.abc import Iterable, Mapping

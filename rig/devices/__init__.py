@@ -1,1 +1,1 @@
-"""Abilities (axis, readout, environment, stream, field) and one file a device family; no port."""
+"""One file a device family: what its commands do, by the abilities that it has; no port."""

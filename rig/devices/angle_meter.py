@@ -14,9 +14,9 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field
 
+from rig.abilities.abilities import Burst, Wait
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
-from rig.devices.abilities import Burst, Wait
 from rig.errors import DescriptionError, DeviceFault, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience, shown
@@ -112,7 +112,7 @@ class AngleMeterSettings(ReadoutSettings):
 
 
 class AngleMeter:
-    """A :class:`rig.devices.abilities.Readout` in degrees."""
+    """A :class:`rig.abilities.abilities.Readout` in degrees."""
 
     def __init__(
         self, name: str, settings: AngleMeterSettings, dialect: AngleDialect, stream: ByteStream, clock: Clock

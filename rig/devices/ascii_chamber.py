@@ -12,9 +12,9 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field, model_validator
 
+from rig.abilities.chamber_alarms import alarm_clause
+from rig.abilities.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.description.device_settings import EnvironmentSettings, NotNegative
-from rig.devices.chamber_alarms import alarm_clause
-from rig.devices.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -69,7 +69,7 @@ class AsciiChamberSettings(EnvironmentSettings):
 
 
 class AsciiChamber:
-    """A :class:`rig.devices.abilities.Environment`."""
+    """A :class:`rig.abilities.abilities.Environment`."""
 
     def __init__(self, name: str, settings: AsciiChamberSettings, stream: ByteStream) -> None:
         self.name = name

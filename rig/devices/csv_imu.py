@@ -16,10 +16,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from rig.abilities.abilities import StreamBlock, StreamGap
+from rig.abilities.stream_reader import RowReader, Wrapping, count_gaps, refusal_gaps, time_gaps
 from rig.clock import Clock
 from rig.description.device_settings import Positive, StreamSettings
-from rig.devices.abilities import StreamBlock, StreamGap
-from rig.devices.stream_reader import RowReader, Wrapping, count_gaps, refusal_gaps, time_gaps
 from rig.link.byte_stream import ByteStream
 from rig.toml_file import StrictTable
 from rig.wire.csv_rows import Checksum, RowShape, parse_rows
@@ -149,7 +149,7 @@ class CsvImuSettings(StreamSettings):
 
 
 class CsvImu:
-    """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's."""
+    """A :class:`rig.abilities.abilities.Stream`. ``clock`` is the rig's."""
 
     def __init__(self, name: str, settings: CsvImuSettings, stream: ByteStream, clock: Clock) -> None:
         self.name = name

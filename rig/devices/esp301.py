@@ -15,11 +15,11 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
+from rig.abilities.abilities import AxisState, StopStep
+from rig.abilities.machine_limits import require_travel
+from rig.abilities.starting import TAKEN_UP_S, see_taken_up, start_once
+from rig.abilities.targets import check_target, require_home
 from rig.description.device_settings import AxisSettings, Positive
-from rig.devices.abilities import AxisState, StopStep
-from rig.devices.machine_limits import require_travel
-from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target, require_home
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -166,7 +166,7 @@ class Esp301Controller:
 
 
 class Esp301Axis:
-    """One axis: a :class:`rig.devices.abilities.Axis`."""
+    """One axis: a :class:`rig.abilities.abilities.Axis`."""
 
     def __init__(self, name: str, settings: Esp301Settings, controller: Esp301Controller) -> None:
         self.name = name

@@ -12,14 +12,14 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from rig.abilities.abilities import Burst, Wait
+from rig.abilities.cards import card_of_slot, ranges_v
+from rig.abilities.meter_checks import MeterChecks, proofs
+from rig.abilities.self_checking import MeterLook
 from rig.clock import Clock
 from rig.description.device_settings import NotNegative, Positive, ScannedReadoutSettings
-from rig.devices.abilities import Burst, Wait
-from rig.devices.cards import card_of_slot, ranges_v
 from rig.devices.hp3458a_meter import Hp3458aMeter, Setup
 from rig.devices.hp3488a import Hp3488aScanner
-from rig.devices.meter_checks import MeterChecks, proofs
-from rig.devices.self_checking import MeterLook
 from rig.errors import LinkClosed, LinkLost, RequestRefused
 from rig.link.gpib import GpibBus, GpibResource, parse_resource
 from rig.toml_file import StrictTable
@@ -132,7 +132,7 @@ class Hp3458aSettings(ScannedReadoutSettings):
 
 
 class Hp3458aReadout:
-    """A :class:`rig.devices.abilities.Readout`. ``clock`` is the rig's; the bus has its own for time-outs."""
+    """A :class:`rig.abilities.abilities.Readout`. ``clock`` is the rig's; the bus has its own for time-outs."""
 
     def __init__(
         self,

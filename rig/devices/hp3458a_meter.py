@@ -11,9 +11,9 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from rig.abilities.abilities import Wait
+from rig.abilities.waiting import wait_until
 from rig.clock import Clock
-from rig.devices.abilities import Wait
-from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
 from rig.link.gpib import GpibBus
 from rig.wire import hp3458a as wire

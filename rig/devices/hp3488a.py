@@ -7,9 +7,9 @@ scanner has no query for all channels: a device clear opens them all, and :meth:
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from rig.abilities.abilities import Wait
+from rig.abilities.waiting import wait_until
 from rig.clock import Clock
-from rig.devices.abilities import Wait
-from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceRefused, FileContradicted
 from rig.link.gpib import GpibBus
 from rig.wire import hp3488a as wire

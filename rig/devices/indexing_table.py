@@ -9,11 +9,11 @@ from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
+from rig.abilities.abilities import AxisState, StopStep
+from rig.abilities.rest import moves_between
+from rig.abilities.starting import TAKEN_UP_S, see_taken_up, start_once
+from rig.abilities.targets import Miswritten, check_target, require_home
 from rig.description.device_settings import COMMANDED, AxisSettings
-from rig.devices.abilities import AxisState, StopStep
-from rig.devices.rest import moves_between
-from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import Miswritten, check_target, require_home
 from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -163,7 +163,7 @@ class IndexingTableSettings(DialectSettings):
 
 
 class IndexingTableAxis:
-    """One axis of the controller behind an exchange: a :class:`rig.devices.abilities.Axis`.
+    """One axis of the controller behind an exchange: a :class:`rig.abilities.abilities.Axis`.
 
     Axes of one controller share the exchange; ``turn`` lets one of them speak at a time.
     """
@@ -193,7 +193,7 @@ class IndexingTableAxis:
         """Where the machine does not tell."""
         self._is_enabled = False
         self._bound_for_deg: float | None = None
-        """Table angle of a move that was not seen to end; NaN of a home or a rate (:mod:`rig.devices.rest`)."""
+        """Table angle of a move that was not seen to end; NaN of a home or a rate (:mod:`rig.abilities.rest`)."""
 
     def identify(self) -> str:
         if not self._codec.knows(Identify):

@@ -19,12 +19,12 @@ from collections.abc import Callable, Mapping, Sequence
 from threading import RLock
 from typing import TypeVar
 
+from rig.abilities import rates
+from rig.abilities.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
+from rig.abilities.targets import check_target, nearest_step, require_home
+from rig.abilities.watchdog import prove
 from rig.clock import Clock
-from rig.devices import rates
-from rig.devices.abilities import AxisState, ServoAim, StopStep, TurnLook, Wait
 from rig.devices.maestro_settings import MaestroSettings, refuse_speed, speed_units
-from rig.devices.targets import check_target, nearest_step, require_home
-from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -123,8 +123,8 @@ class MaestroController:
 class MaestroAxis:
     """Drive one servo, as an axis that can sweep and has a watchdog.
 
-    It is an :class:`rig.devices.abilities.Axis`, a :class:`rig.devices.abilities.SweepAxis` and a
-    :class:`rig.devices.abilities.Watchdog`.
+    It is an :class:`rig.abilities.abilities.Axis`, a :class:`rig.abilities.abilities.SweepAxis` and a
+    :class:`rig.abilities.abilities.Watchdog`.
     """
 
     def __init__(self, name: str, settings: MaestroSettings, controller: MaestroController, index: int) -> None:

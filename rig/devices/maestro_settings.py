@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.abilities import rates
 from rig.description.device_settings import COMMANDED, AxisSettings, Positive, WatchdogSeconds
-from rig.devices import rates
 from rig.errors import RequestRefused
 from rig.toml_file import as_tuple
 from rig.wire import maestro as wire

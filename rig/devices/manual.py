@@ -7,9 +7,9 @@ Nobody knows where such an axis stands before it was set to its zero, nor after 
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
+from rig.abilities.abilities import AxisState, StopStep
+from rig.abilities.targets import check_target, require_home
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState, StopStep
-from rig.devices.targets import check_target, require_home
 from rig.errors import DeviceNonsense, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.wire import manual as wire
@@ -73,7 +73,7 @@ class Prompt:
 
 
 class ManualAxis:
-    """A :class:`rig.devices.abilities.Axis` whose motor is the operator."""
+    """A :class:`rig.abilities.abilities.Axis` whose motor is the operator."""
 
     def __init__(self, name: str, settings: ManualSettings, prompt: Prompt) -> None:
         self.name = name

@@ -6,8 +6,8 @@ Each step is said in one line and answered with Enter or with ``no``. Before the
 import math
 from typing import Literal
 
+from rig.abilities.abilities import FieldState
 from rig.description.device_settings import FieldSettings
-from rig.devices.abilities import FieldState
 from rig.devices.manual import Prompt
 from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
@@ -22,7 +22,7 @@ class ManualFieldSettings(FieldSettings):
 
 
 class ManualField:
-    """A :class:`rig.devices.abilities.Field` whose supply is the operator."""
+    """A :class:`rig.abilities.abilities.Field` whose supply is the operator."""
 
     def __init__(self, name: str, settings: FieldSettings, prompt: Prompt) -> None:
         self.name = name

@@ -16,13 +16,13 @@ from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 from threading import RLock
 
+from rig.abilities import rates
+from rig.abilities.abilities import AxisState, StopStep, TurnLook, Wait
+from rig.abilities.starting import TAKEN_UP_S, see_taken_up, start_once
+from rig.abilities.targets import check_target, nearest_step, require_home
+from rig.abilities.watchdog import prove
 from rig.clock import Clock
-from rig.devices import rates
-from rig.devices.abilities import AxisState, StopStep, TurnLook, Wait
 from rig.devices.oriental_az_settings import OrientalAzSettings, judge_set_up
-from rig.devices.starting import TAKEN_UP_S, see_taken_up, start_once
-from rig.devices.targets import check_target, nearest_step, require_home
-from rig.devices.watchdog import prove
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, NoSuchRegister
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Patience
@@ -47,7 +47,7 @@ class Signals:
 
 
 class OrientalAzAxis:
-    """One driver: an Axis, a RateAxis and a Watchdog of :mod:`rig.devices.abilities`.
+    """One driver: an Axis, a RateAxis and a Watchdog of :mod:`rig.abilities.abilities`.
 
     Drivers on one line share ``turn``, which lets one of them speak at a time.
     """

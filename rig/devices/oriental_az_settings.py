@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.abilities import rates
 from rig.description.device_settings import Positive
-from rig.devices import rates
 from rig.errors import DeviceNonsense, FileContradicted
 from rig.toml_file import as_tuple
 from rig.wire import oriental_az as wire

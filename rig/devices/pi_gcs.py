@@ -14,11 +14,11 @@ from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
+from rig.abilities.abilities import AxisState, StopStep
+from rig.abilities.machine_limits import require_travel
+from rig.abilities.starting import start_once
+from rig.abilities.targets import check_target, require_home
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import AxisState, StopStep
-from rig.devices.machine_limits import require_travel
-from rig.devices.starting import start_once
-from rig.devices.targets import check_target, require_home
 from rig.errors import DeviceFault, DeviceRefused, FileContradicted
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -55,7 +55,7 @@ class PiGcsSettings(AxisSettings):
 
 
 class PiGcsAxis:
-    """One axis of the controller: a :class:`rig.devices.abilities.Axis`; axes share ``exchange`` and ``turn``."""
+    """One axis of the controller: a :class:`rig.abilities.abilities.Axis`; axes share ``exchange`` and ``turn``."""
 
     def __init__(self, name: str, settings: PiGcsSettings, exchange: Exchange, turn: RLock) -> None:
         self.name = name

@@ -8,11 +8,11 @@ from collections.abc import Mapping, Sequence
 from threading import Lock
 from typing import Literal
 
+from rig.abilities import rates
+from rig.abilities.abilities import AxisState, StopStep, TurnLook
+from rig.abilities.targets import require_home
 from rig.clock import Clock
-from rig.devices import rates
-from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, exchange_of, miswritten_rate
-from rig.devices.targets import require_home
 from rig.errors import RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange
@@ -78,7 +78,7 @@ class Unwound:
 
 
 class RateTableAxis:
-    """A :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
+    """A :class:`rig.abilities.abilities.Axis` and a :class:`rig.abilities.abilities.RateAxis`."""
 
     def __init__(
         self, name: str, settings: RateTableSettings, codec: TableCodec, exchange: Exchange, turn: Lock

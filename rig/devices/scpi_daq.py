@@ -13,19 +13,10 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from rig.clock import Clock
-from rig.devices.abilities import Burst, Wait
-from rig.devices.cards import card_of_slot, ranges_v
-from rig.devices.meter_checks import proofs
-from rig.devices.scpi_daq_settings import (
-    CARD_CHANNELS,
-    MODELS,
-    MOST_SAMPLES,
-    POWER_LINE_CYCLES,
-    DaqChannel,
-    ScpiDaqSettings,
-)
-from rig.devices.scpi_talk import (
+from rig.abilities.abilities import Burst, Wait
+from rig.abilities.cards import card_of_slot, ranges_v
+from rig.abilities.meter_checks import proofs
+from rig.abilities.scpi_talk import (
     NOT_TAKEN,
     as_sent,
     clear_earlier_errors,
@@ -34,8 +25,17 @@ from rig.devices.scpi_talk import (
     require,
     require_no_error,
 )
-from rig.devices.self_checking import MeterLook
-from rig.devices.waiting import wait_until
+from rig.abilities.self_checking import MeterLook
+from rig.abilities.waiting import wait_until
+from rig.clock import Clock
+from rig.devices.scpi_daq_settings import (
+    CARD_CHANNELS,
+    MODELS,
+    MOST_SAMPLES,
+    POWER_LINE_CYCLES,
+    DaqChannel,
+    ScpiDaqSettings,
+)
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.wire import scpi
@@ -58,7 +58,7 @@ SetUp = tuple[DaqChannel, float, int]
 
 
 class ScpiDaqReadout:
-    """A :class:`rig.devices.abilities.Readout`. ``clock`` is the rig's; the line has its own for time-outs."""
+    """A :class:`rig.abilities.abilities.Readout`. ``clock`` is the rig's; the line has its own for time-outs."""
 
     def __init__(self, name: str, settings: ScpiDaqSettings, line: MessageLine, clock: Clock) -> None:
         self.name = name

@@ -9,10 +9,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from rig.abilities.cards import card_of_slot, ranges_v
+from rig.abilities.meter_checks import MeterChecks
+from rig.abilities.scpi_talk import listed
 from rig.description.device_settings import Positive, ScannedReadoutSettings
-from rig.devices.cards import card_of_slot, ranges_v
-from rig.devices.meter_checks import MeterChecks
-from rig.devices.scpi_talk import listed
 from rig.toml_file import StrictTable
 
 RANGES_V = (0.1, 1.0, 10.0, 100.0, 300.0)

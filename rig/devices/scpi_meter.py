@@ -15,10 +15,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from rig.clock import Clock
-from rig.description.device_settings import Positive, ReadoutSettings
-from rig.devices.abilities import Burst, Wait
-from rig.devices.scpi_talk import (
+from rig.abilities.abilities import Burst, Wait
+from rig.abilities.scpi_talk import (
     NOT_TAKEN,
     as_sent,
     clear_earlier_errors,
@@ -27,6 +25,8 @@ from rig.devices.scpi_talk import (
     require,
     require_no_error,
 )
+from rig.clock import Clock
+from rig.description.device_settings import Positive, ReadoutSettings
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.messages import TALK_TIMEOUT_S, MessageLine
 from rig.toml_file import StrictTable
@@ -177,7 +177,7 @@ class ScpiMeterSettings(ReadoutSettings):
 
 
 class ScpiMeter:
-    """A :class:`rig.devices.abilities.Readout`. ``needs_remote``: on a serial line it must be told so first."""
+    """A :class:`rig.abilities.abilities.Readout`. ``needs_remote``: on a serial line it must be told so first."""
 
     def __init__(
         self, name: str, settings: ScpiMeterSettings, line: MessageLine, clock: Clock, *, needs_remote: bool = False

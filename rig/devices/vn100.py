@@ -17,10 +17,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
+from rig.abilities.abilities import StreamBlock
+from rig.abilities.stream_reader import RowReader, refusal_gaps
 from rig.clock import Clock
 from rig.description.device_settings import StreamSettings
-from rig.devices.abilities import StreamBlock
-from rig.devices.stream_reader import RowReader, refusal_gaps
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import shown
@@ -81,7 +81,7 @@ class _NoSuchRegister(DeviceRefused):
 
 
 class Vn100:
-    """A :class:`rig.devices.abilities.Stream`. ``clock`` is the rig's; the line has its own for time-outs."""
+    """A :class:`rig.abilities.abilities.Stream`. ``clock`` is the rig's; the line has its own for time-outs."""
 
     def __init__(self, name: str, settings: Vn100Settings, stream: ByteStream, clock: Clock) -> None:
         self.name = name

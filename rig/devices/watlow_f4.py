@@ -14,8 +14,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from rig.abilities.setpoint_memory import Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.setpoint_memory import Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -79,7 +79,7 @@ class Scale:
 
 
 class WatlowF4:
-    """A chamber: a :class:`rig.devices.abilities.Environment`."""
+    """A chamber: a :class:`rig.abilities.abilities.Environment`."""
 
     def __init__(self, name: str, settings: WatlowF4Settings, modbus: ModbusRtu) -> None:
         self.name = name

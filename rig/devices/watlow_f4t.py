@@ -17,8 +17,8 @@ from typing import Annotated, Literal, Protocol
 
 from pydantic import Field, field_validator
 
+from rig.abilities.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.setpoint_memory import DRIFTS, Otherwise, SetpointMemory, settle, write_and_read_back
 from rig.errors import ChamberFault, DeviceNonsense, DeviceRefused, NoSuchRegister, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.modbus import ModbusRtu
@@ -83,7 +83,7 @@ class WatlowF4TSettings(EnvironmentSettings):
 
 
 class WatlowF4T:
-    """A chamber: a :class:`rig.devices.abilities.Environment`."""
+    """A chamber: a :class:`rig.abilities.abilities.Environment`."""
 
     def __init__(self, name: str, registers: Registers, settings: WatlowF4TSettings) -> None:
         self.name = name

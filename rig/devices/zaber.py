@@ -13,13 +13,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from rig.abilities import rates
+from rig.abilities.abilities import AxisState, StopStep, TurnLook
+from rig.abilities.machine_limits import require_travel
+from rig.abilities.starting import start_once
+from rig.abilities.targets import check_target, nearest_step, require_home
 from rig.clock import Clock
 from rig.description.device_settings import Positive
-from rig.devices import rates
-from rig.devices.abilities import AxisState, StopStep, TurnLook
-from rig.devices.machine_limits import require_travel
-from rig.devices.starting import start_once
-from rig.devices.targets import check_target, nearest_step, require_home
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, FileContradicted
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
@@ -97,7 +97,7 @@ class ZaberChain:
 
 
 class ZaberAxis:
-    """One stage: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
+    """One stage: a :class:`rig.abilities.abilities.Axis` and a :class:`rig.abilities.abilities.RateAxis`."""
 
     def __init__(self, name: str, settings: ZaberSettings, chain: ZaberChain) -> None:
         self.name = name

@@ -1,13 +1,13 @@
 """Meters that read angles, on a serial line or a socket: references of attitude."""
 
+from rig.abilities.abilities import Readout
 from rig.clock import Clock
-from rig.devices.abilities import Readout
 from rig.devices.angle_meter import AngleMeter, AngleMeterSettings
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.lines.open_lines import Lines
 from rig.twins.angle_meter import AngleMeterTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire.angle_dialect import AngleUnit, load_angle_dialect
 from rig.wire.angle_lines import AngleCodec
 

@@ -1,12 +1,12 @@
 """Chambers that speak lines of text, on a serial line or a socket."""
 
-from rig.devices.abilities import Environment
+from rig.abilities.abilities import Environment
 from rig.devices.ascii_chamber import AsciiChamber, AsciiChamberSettings
 from rig.drivers.driver import Driver, EnvironmentDriver
 from rig.lines.open_lines import Lines
 from rig.twins.ascii_chamber import AsciiChamberTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _open(name: str, settings: AsciiChamberSettings, lines: Lines) -> Environment:

@@ -1,13 +1,13 @@
 """Boards that send lines of numbers."""
 
+from rig.abilities.abilities import Stream
 from rig.clock import Clock
 from rig.devices import csv_imu
-from rig.devices.abilities import Stream
 from rig.devices.csv_imu import CsvImuSettings
 from rig.drivers.driver import Driver, StreamDriver
 from rig.lines.open_lines import Lines
 from rig.twins.csv_imu import CsvImuTwin
-from rig.twins.strapped_down import StrappedDown
+from rig.twins.physics.strapped_down import StrappedDown
 from rig.twins.twin import Twin
 
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from rig.abilities.abilities import Axis, Environment, Field, Readout, Stream
 from rig.clock import Clock
 from rig.description.device_settings import (
     AxisSettings,
@@ -17,14 +18,13 @@ from rig.description.device_settings import (
     StreamSettings,
 )
 from rig.description.drivers import Ability, DescribedDriver
-from rig.devices.abilities import Axis, Environment, Field, Readout, Stream
 from rig.errors import DescriptionError
 from rig.lines.open_lines import Lines
 from rig.link.byte_stream import ByteStream
 from rig.registry import Registry
-from rig.twins.strapped_down import StrappedDown
+from rig.twins.physics.strapped_down import StrappedDown
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 OfAxes = TypeVar("OfAxes", bound=AxisSettings)
 OfReadout = TypeVar("OfReadout", bound=ReadoutSettings)

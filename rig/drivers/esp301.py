@@ -6,8 +6,8 @@ from rig.devices import esp301
 from rig.devices.esp301 import Esp301Settings
 from rig.drivers.driver import AxesDriver, Driver, numbers, on_one_line
 from rig.twins.esp301 import Esp301Twin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _twin(axes: Mapping[str, Esp301Settings], world: World, _time_factor: float) -> Twin:

@@ -1,9 +1,9 @@
 """HP 3458A with an HP 3488A scanner before it, each with an address of its own on a GPIB."""
 
+from rig.abilities.abilities import Readout
+from rig.abilities.cards import card_of_slot
 from rig.clock import Clock
 from rig.description.device_settings import TWIN_PORT
-from rig.devices.abilities import Readout
-from rig.devices.cards import card_of_slot
 from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings, scanner_resource
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.drivers.wired_checks import known_voltages, wired_checks
@@ -12,9 +12,9 @@ from rig.lines.open_lines import Lines
 from rig.link.gpib import parse_resource
 from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
 from rig.twins.hp3488a import Hp3488aTwin
+from rig.twins.physics.world import World
 from rig.twins.prologix import GpibInstrument, PrologixTwin
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire import hp3458a as meter_wire
 from rig.wire import hp3488a as scanner_wire
 

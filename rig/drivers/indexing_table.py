@@ -6,8 +6,8 @@ from rig.devices import indexing_table
 from rig.devices.indexing_table import IndexingTableSettings
 from rig.drivers.driver import AxesDriver, Driver, numbers, on_one_line
 from rig.twins.indexing_table import IndexingTableTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire.indexing_table import TableCodec
 from rig.wire.table_dialect import load_dialect
 

@@ -6,8 +6,8 @@ from rig.devices import maestro
 from rig.devices.maestro_settings import MaestroSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
 from rig.twins.maestro import ChannelSettings, MaestroTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire import maestro as wire
 from rig.wire.pulses import PulseCalibration
 

@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 
+from rig.abilities.abilities import Field
 from rig.devices import manual, manual_field
-from rig.devices.abilities import Field
 from rig.devices.manual import ManualSettings
 from rig.devices.manual_field import ManualFieldSettings
 from rig.drivers.driver import AxesDriver, Driver, FieldDriver, on_one_line
 from rig.lines.open_lines import Lines
 from rig.twins.manual import OperatorTwin
 from rig.twins.manual_field import FieldOperatorTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _twin(axes: Mapping[str, ManualSettings], world: World, _time_factor: float) -> Twin:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import TypeVar
 
+from rig.abilities.abilities import Axis, Environment, Field, RateAxis, Readout, Stoppable, Stream
 from rig.clock import Clock
 from rig.description.device_settings import (
     AxisSettings,
@@ -11,7 +12,6 @@ from rig.description.device_settings import (
     ReadoutSettings,
     StreamSettings,
 )
-from rig.devices.abilities import Axis, Environment, Field, RateAxis, Readout, Stoppable, Stream
 from rig.drivers.driver import part_of
 from rig.errors import DescriptionError
 from rig.lines.open_lines import Lines
@@ -69,6 +69,6 @@ def _whole(device: Device, ability: type, driver: str, key: str) -> Device:
     if missing := sorted(name for name in members if not hasattr(device, name)):
         raise DescriptionError(
             f"{key}: driver {driver!r}: its {type(device).__name__} has no {', '.join(missing)}, which"
-            f" {ability.__name__} in rig/devices/abilities.py asks for; nothing was moved; mend the driver"
+            f" {ability.__name__} in rig/abilities/abilities.py asks for; nothing was moved; mend the driver"
         )
     return device

@@ -6,8 +6,8 @@ from rig.devices import oriental_az
 from rig.devices.oriental_az_settings import OrientalAzSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
 from rig.twins.oriental_az import AzMotor, OrientalAzTwin
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _twin(axes: Mapping[str, OrientalAzSettings], world: World, time_factor: float) -> Twin:

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from rig.devices import pi_gcs
 from rig.devices.pi_gcs import PiGcsSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
+from rig.twins.physics.world import World
 from rig.twins.pi_gcs import PiGcsTwin
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _twin(axes: Mapping[str, PiGcsSettings], world: World, _time_factor: float) -> Twin:

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 from rig.devices import rate_table
 from rig.devices.rate_table import RateTableSettings
 from rig.drivers.driver import AxesDriver, Driver, numbers, on_one_line
+from rig.twins.physics.world import World
 from rig.twins.rate_table import RateTableTwin
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire.indexing_table import TableCodec
 
 

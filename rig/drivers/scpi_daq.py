@@ -1,18 +1,18 @@
 """Data acquisition units that speak SCPI, on a GPIB or on a line."""
 
+from rig.abilities.abilities import Readout
+from rig.abilities.cards import card_of_slot
 from rig.clock import Clock
-from rig.devices.abilities import Readout
-from rig.devices.cards import card_of_slot
 from rig.devices.scpi_daq import DEFAULT_ADDRESS, ScpiDaqReadout
 from rig.devices.scpi_daq_settings import CARD_CHANNELS, ScpiDaqSettings
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.drivers.message_lines import message_line
 from rig.drivers.wired_checks import known_voltages, wired_checks
 from rig.lines.open_lines import Lines
+from rig.twins.physics.world import World
 from rig.twins.scpi_daq import ScpiDaqTwin
 from rig.twins.scpi_port import ScpiPort
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 def _open(name: str, settings: ScpiDaqSettings, lines: Lines, clock: Clock) -> Readout:

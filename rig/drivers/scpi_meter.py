@@ -1,16 +1,16 @@
 """Single multimeters that speak SCPI, on a GPIB, a LAN socket or a serial line."""
 
+from rig.abilities.abilities import Readout
 from rig.clock import Clock
 from rig.description.device_settings import TWIN_PORT
-from rig.devices.abilities import Readout
 from rig.devices.scpi_meter import ScpiMeter, ScpiMeterSettings
 from rig.drivers.driver import Driver, ReadoutDriver
 from rig.drivers.message_lines import message_line
 from rig.lines.open_lines import Lines
+from rig.twins.physics.world import World
 from rig.twins.scpi_meter import ScpiMeterTwin
 from rig.twins.scpi_port import ScpiPort
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 DEFAULT_ADDRESS = 22
 

@@ -17,9 +17,9 @@ from rig.description.device_settings import (
 from rig.description.rig_file import RigDescription, TwinSection
 from rig.drivers.driver import Driver, part_of
 from rig.errors import DescriptionError
-from rig.twins.strapped_down import StrappedDown
+from rig.twins.physics.strapped_down import StrappedDown
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,12 @@
 """VectorNav's VN-100: an inertial unit that sends binary frames."""
 
+from rig.abilities.abilities import Stream
 from rig.clock import Clock
 from rig.devices import vn100
-from rig.devices.abilities import Stream
 from rig.devices.vn100 import Vn100Settings
 from rig.drivers.driver import Driver, StreamDriver
 from rig.lines.open_lines import Lines
-from rig.twins.strapped_down import StrappedDown
+from rig.twins.physics.strapped_down import StrappedDown
 from rig.twins.twin import Twin
 from rig.twins.vn100 import Vn100Twin
 

@@ -1,13 +1,13 @@
 """Watlow's F4: a chamber on a Modbus line."""
 
+from rig.abilities.abilities import Environment
 from rig.devices import watlow_f4
-from rig.devices.abilities import Environment
 from rig.devices.watlow_f4 import WatlowF4Settings
 from rig.drivers.driver import Driver, EnvironmentDriver
 from rig.lines.open_lines import Lines
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
 from rig.twins.watlow_f4 import WatlowF4Twin
-from rig.twins.world import World
 
 
 def _open(name: str, settings: WatlowF4Settings, lines: Lines) -> Environment:

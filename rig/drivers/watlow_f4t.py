@@ -1,14 +1,14 @@
 """Watlow's F4T: a chamber on Modbus, by line or TCP."""
 
+from rig.abilities.abilities import Environment
 from rig.devices import watlow_f4t
-from rig.devices.abilities import Environment
 from rig.devices.watlow_f4t import WatlowF4TSettings
 from rig.drivers.driver import Driver, EnvironmentDriver
 from rig.lines.open_lines import Lines
 from rig.twins.modbus_slave import ModbusSlave
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
 from rig.twins.watlow_f4t import WatlowF4TTwin
-from rig.twins.world import World
 
 
 def _open(name: str, settings: WatlowF4TSettings, lines: Lines) -> Environment:

@@ -1,9 +1,9 @@
 """The known voltages that a readout's twin has on the channels of its checks: a short and a reference."""
 
+from rig.abilities.meter_checks import MeterChecks
 from rig.description.twin_truth import TwinReadout
-from rig.devices.meter_checks import MeterChecks
-from rig.twins.known_voltages import REFERENCE, SHORT, KnownVoltages
-from rig.twins.world import World
+from rig.twins.physics.known_voltages import REFERENCE, SHORT, KnownVoltages
+from rig.twins.physics.world import World
 
 
 def wired_checks(checks: MeterChecks) -> dict[int, str]:

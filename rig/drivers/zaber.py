@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from rig.devices import zaber
 from rig.devices.zaber import ZaberSettings
 from rig.drivers.driver import AxesDriver, Driver, on_one_line
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.twins.zaber import Stage, ZaberTwin
 
 

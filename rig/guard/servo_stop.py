@@ -27,7 +27,7 @@ class Untrusted(Exception):
 
 
 class ServoStop:
-    """Of one servo. ``aim``: as of :class:`rig.devices.abilities.ServoAim`; ``way``: its order's, from and to."""
+    """Of one servo. ``aim``: as of :class:`rig.abilities.abilities.ServoAim`; ``way``: its order's, from and to."""
 
     def __init__(self, aim: dict[str, Any], way: list[int]) -> None:
         codec = MaestroCodec(aim["device"], aim["has_crc"])

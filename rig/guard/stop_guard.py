@@ -14,8 +14,8 @@ from pathlib import Path
 from threading import RLock
 from typing import Any
 
+from rig.abilities.abilities import StopStep
 from rig.clock import Clock
-from rig.devices.abilities import StopStep
 from rig.errors import GuardLost, RigError, WaitEnded
 from rig.guard.outcomes import SLOWED, STOOD, STOP_SENT
 from rig.guard.process_state import state_of

@@ -13,7 +13,7 @@ ends it.
 
 from dataclasses import dataclass, replace
 
-from rig.devices.rest import band_deg
+from rig.abilities.rest import band_deg
 
 OVERSPEED = 1.5
 """Times the speed asked for: the machine's own speed is a setting, known no better than this on some."""

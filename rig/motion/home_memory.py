@@ -14,10 +14,10 @@ from pathlib import Path
 
 from platformdirs import user_state_path
 
+from rig.abilities.abilities import Axis, Remembering, WriteFile
 from rig.clock import WAIT_SLICE_S, Clock
 from rig.description.device_settings import TWIN_PORT, AxisSettings
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Remembering, WriteFile
 from rig.local_time import at_both
 
 FORMAT = "calrig home 1"

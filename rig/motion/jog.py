@@ -11,14 +11,14 @@ from typing import Protocol
 
 import numpy as np
 
+from rig.abilities.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
+from rig.abilities.rates import MeasuredRate, measured_rate
+from rig.abilities.rest import band_deg
+from rig.abilities.setpoint_memory import KeepsSetpointMemory
+from rig.cables.cable import CableGuard
 from rig.clock import Clock
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
-from rig.devices.cable import CableGuard
 from rig.devices.maestro_settings import MaestroSettings
-from rig.devices.rates import MeasuredRate, measured_rate
-from rig.devices.rest import band_deg
-from rig.devices.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state

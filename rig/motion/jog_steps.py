@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from fractions import Fraction
 
+from rig.abilities.abilities import Axis
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import Axis
 
 STEPS_DEG = (0.0001, 0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 45.0, 90.0)
 _ROUNDING = 1e-9

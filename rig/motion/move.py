@@ -13,13 +13,13 @@ from contextlib import suppress
 from functools import partial
 from typing import Protocol, runtime_checkable
 
+from rig.abilities.abilities import Axis, AxisState, Wait
+from rig.abilities.rest import RestLook, moves_on, stands, unrest_in_words
+from rig.abilities.starting import TAKEN_UP_S
+from rig.cables.cable import CableGuard
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
-from rig.devices.abilities import Axis, AxisState, Wait
-from rig.devices.cable import CableGuard
-from rig.devices.rest import RestLook, moves_on, stands, unrest_in_words
-from rig.devices.starting import TAKEN_UP_S
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
 from rig.motion.last_resort import BY_GUARD, stop_past_a_defect
 from rig.threads import at_once
@@ -267,7 +267,7 @@ def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str
 
 
 def _see_standstill(axis: Axis, clock: Clock, limit_s: float) -> float:
-    """See an axis rest that was told to stop (:mod:`rig.devices.rest`); return where, degrees.
+    """See an axis rest that was told to stop (:mod:`rig.abilities.rest`); return where, degrees.
 
     Its machine's word that it rests is not enough, since some say so of a rotation: what its read-back shows to go on
     is told again as well.

@@ -7,9 +7,9 @@ it. The machine's own word is not enough, since some have none for a rotation: t
 
 from collections.abc import Mapping
 
+from rig.abilities.abilities import Axis, AxisState
+from rig.abilities.rest import band_deg
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState
-from rig.devices.rest import band_deg
 from rig.errors import MotionBreach, RigError
 from rig.motion.expectation import MARGIN_DEG, STANDING_TOLERANCES
 from rig.motion.motion_memory import KnownMotion, MotionMemory

@@ -13,8 +13,8 @@ from dataclasses import replace
 from threading import RLock
 from typing import Any, TypeVar
 
+from rig.abilities.abilities import AimedStop, Axis, AxisState, TurnLook, Wait
 from rig.clock import Clock
-from rig.devices.abilities import AimedStop, Axis, AxisState, TurnLook, Wait
 from rig.errors import DeviceRefused, DeviceSilent, LinkLost, MotionBreach, RequestRefused, RigError
 from rig.motion.expectation import (
     Bounds,

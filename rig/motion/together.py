@@ -8,8 +8,8 @@ be an obstacle, and that one of the axes is it is not excluded.
 from collections.abc import Collection, Mapping
 from functools import partial
 
+from rig.abilities.abilities import Axis, AxisState, Wait
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, Wait
 from rig.motion.move import Missed, Stalled, Tell, admitted, go_back_and_try_again, go_once, move_and_arrive, stop_all
 from rig.side_by_side import side_by_side
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
+from rig.abilities.abilities import Axis, RateAxis
+from rig.abilities.rates import measured_rate
 from rig.clock import Clock
-from rig.devices.abilities import Axis, RateAxis
-from rig.devices.rates import measured_rate
 from rig.errors import RigError
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.testing.law import expect, expect_near, expect_refusal

@@ -5,16 +5,16 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from typing import Any, cast
 
+from rig.abilities.abilities import Axis, RateAxis, ServoAim, StopStep
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Axis, RateAxis, ServoAim, StopStep
 from rig.drivers.twin_lines import twin_lines
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
-from rig.twins.motion import AxisBody
+from rig.twins.physics.motion import AxisBody
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire.maestro import MaestroCodec, aim_questions, decode_aim, set_target
 
 ANSWER_S = 0.3

@@ -6,8 +6,8 @@ They run on twins in memory, where both ends of the line are at hand (:mod:`rig.
 from collections.abc import Callable
 from contextlib import suppress
 
+from rig.abilities.abilities import Stoppable, StopStep
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Stoppable, StopStep
 from rig.errors import MotionBreach, RigError
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 from rig.testing.axis_bench import AxisBench

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from rig.abilities.abilities import Environment, Field, Readout, Stream, StreamBlock
 from rig.clock import Clock
-from rig.devices.abilities import Environment, Field, Readout, Stream, StreamBlock
 from rig.errors import WaitEnded
 from rig.testing.law import expect, expect_near, expect_refusal
 

@@ -2,10 +2,10 @@
 
 from typing import cast
 
+from rig.abilities.abilities import Axis, RateAxis
+from rig.abilities.targets import allowed_range_deg, nearest_targets_deg
 from rig.assembly.open_rig import Rig
 from rig.description.device_settings import AxisSettings
-from rig.devices.abilities import Axis, RateAxis
-from rig.devices.targets import allowed_range_deg, nearest_targets_deg
 from rig.motion.move import home_and_arrive
 from rig.testing.axes import keep_axis_promises, keep_rate_promises
 from rig.testing.dangers import keep_axis_safe

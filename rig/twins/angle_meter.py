@@ -6,7 +6,7 @@ unanswered.
 
 from collections.abc import Callable, Mapping
 
-from rig.twins.metronome import Metronome
+from rig.twins.physics.metronome import Metronome
 from rig.wire.angle_dialect import AngleUnit, from_deg
 from rig.wire.angle_lines import AngleCodec, Question
 

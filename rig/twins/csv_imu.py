@@ -2,8 +2,8 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from rig.twins.imu import MotionSource
-from rig.twins.metronome import Metronome
+from rig.twins.physics.imu import MotionSource
+from rig.twins.physics.metronome import Metronome
 from rig.wire.csv_rows import RowShape, format_row
 
 QUANTITIES = ("ax", "ay", "az", "gx", "gy", "gz", "mx", "my", "mz")

@@ -6,8 +6,8 @@ It knows the commands that position an axis; every other is error 6, as on the c
 from collections import deque
 from collections.abc import Callable, Mapping
 
-from rig.twins.servo_axis import ServoAxis
-from rig.twins.world import World
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.wire import esp301 as wire
 from rig.wire.esp301 import Command, ErrorRecord
 

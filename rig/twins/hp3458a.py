@@ -12,9 +12,9 @@ import math
 import re
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Protocol
 
 from rig.twins.hp3488a import Hp3488aTwin
+from rig.twins.physics.known_voltages import VoltageSource
 from rig.wire import hp3458a as wire
 from rig.wire.hp3458a import End, Event, Status
 
@@ -77,13 +77,6 @@ PRESET_NORM: Mapping[str, float] = {
 }
 
 _COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
-
-
-class VoltageSource(Protocol):
-    """The physical world as a meter meets it."""
-
-    def read_voltage_v(self, channel: str, now_s: float) -> float:
-        """Take one reading of ``channel`` (such as ``dmm.x``), volts, with its noise; asking again draws again."""
 
 
 class ScannedInput:

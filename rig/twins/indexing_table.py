@@ -9,8 +9,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rig.twins.motion import AxisBody
-from rig.twins.world import World
+from rig.twins.physics.motion import AxisBody
+from rig.twins.physics.world import World
 from rig.wire.indexing_table import (
     Acknowledged,
     AskPosition,

@@ -8,8 +8,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rig.twins.ramp import Path, Ramp
-from rig.twins.world import World
+from rig.twins.physics.ramp import Path, Ramp
+from rig.twins.physics.world import World
 from rig.wire import maestro as wire
 from rig.wire.maestro import Errors, Request
 from rig.wire.maestro_reader import MaestroReader, MiniSsc
@@ -31,7 +31,7 @@ class ChannelSettings:
 
 
 class PulsePath:
-    """The table angle that a pulse's path makes: a :class:`rig.twins.ramp.Path`."""
+    """The table angle that a pulse's path makes: a :class:`rig.twins.physics.ramp.Path`."""
 
     def __init__(self, pulses: Ramp, calibration: PulseCalibration) -> None:
         self._pulses = pulses

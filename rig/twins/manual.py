@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from rig.twins.world import World
+from rig.twins.physics.world import World
 from rig.wire import manual as wire
 from rig.wire.manual import LeaveIt, SetTo
 

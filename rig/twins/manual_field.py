@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from rig.twins.geometry import Vector
 from rig.twins.manual import HANDLING_S
-from rig.twins.world import World
+from rig.twins.physics.geometry import Vector
+from rig.twins.physics.world import World
 from rig.wire import manual as wire
 from rig.wire.manual import ApplyField, LeaveIt
 

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from rig.twins.modbus_slave import ILLEGAL_ADDRESS, ILLEGAL_VALUE, ModbusSlave
-from rig.twins.servo_axis import ServoAxis
-from rig.twins.world import World
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.wire import oriental_az as wire
 
 _BLOCK = range(wire.DIRECT_DATA, wire.DIRECT_DATA + 16)

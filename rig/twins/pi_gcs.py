@@ -6,8 +6,8 @@ unit are remembered there.
 
 from collections.abc import Mapping
 
-from rig.twins.servo_axis import ServoAxis
-from rig.twins.world import World
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.wire import pi_gcs as wire
 
 IDENTITY = b"(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0"

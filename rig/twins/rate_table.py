@@ -8,8 +8,8 @@ either machine; each says a prompt to that end.
 
 from collections.abc import Mapping
 
-from rig.twins.servo_axis import ServoAxis
-from rig.twins.world import World
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.wire.indexing_table import (
     Acknowledged,
     AskPosition,

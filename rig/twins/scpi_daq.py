@@ -9,9 +9,9 @@ reading and what an output shows to another function than DC volts are assumptio
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
 
 from rig.errors import DeviceNonsense
+from rig.twins.physics.known_voltages import VoltageSource
 from rig.twins.scpi_port import DATA_STALE, ILLEGAL_VALUE, OUT_OF_RANGE, SETTINGS_CONFLICT, UNDEFINED_HEADER, Refused
 from rig.wire import scpi
 
@@ -68,13 +68,6 @@ _SHORT = (
     " NPLC:NPLCYCLES OFFS:OFFSET POIN:POINTS PRES:PRESET RANG:RANGE READ:READING REM:REMOVE ROUT:ROUTE SCAL:SCALE"
     " SENS:SENSE SOUR:SOURCE STAT:STATE SYST:SYSTEM TRIG:TRIGGER VERS:VERSION VOLT:VOLTAGE"
 )
-
-
-class VoltageSource(Protocol):
-    """The physical world as the unit meets it."""
-
-    def read_voltage_v(self, channel: str, now_s: float) -> float:
-        """Take one reading of ``channel`` (such as ``daq.x``), volts, with its noise; asking again draws again."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,8 @@ nothing here. Acceleration is what the unit's own axes feel: level it is −g al
 from collections.abc import Mapping
 
 from rig.errors import DeviceNonsense
-from rig.twins.imu import MotionSource
-from rig.twins.metronome import Metronome
+from rig.twins.physics.imu import MotionSource
+from rig.twins.physics.metronome import Metronome
 from rig.wire import vn100 as wire
 
 STANDARD_GRAVITY_MPS2 = 9.80665

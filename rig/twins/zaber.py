@@ -7,8 +7,8 @@ does not answer.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from rig.twins.servo_axis import ServoAxis
-from rig.twins.world import World
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.wire import zaber as wire
 from rig.wire.zaber import Command, Reply
 

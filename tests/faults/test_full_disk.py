@@ -32,8 +32,8 @@ from procedures.run.ending import Outcome
 from procedures.run.handover import handover
 from procedures.run.resume import resume
 from procedures.run.services import RunServices
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig
-from rig.devices.abilities import Burst
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 WRITES = "import sys, pathlib; open(sys.argv[1], 'a').write(sys.stdin.read())"

@@ -32,9 +32,9 @@ from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, require_tr
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock
-from rig.devices.abilities import AxisState
 from rig.errors import LinkLost, RequestRefused, RigBusy
 from rig.link.byte_stream import ByteStream
 from rig.motion.jog import jog_to

@@ -24,9 +24,9 @@ from procedures.journal.storage import JOURNAL_FILE, SCHEMA_VERSION
 from procedures.records.states import State
 from procedures.run.resume import resume
 from procedures.run.watch.process_health import growth
+from rig.abilities.abilities import Axis, Burst
 from rig.assembly.open_rig import Rig, open_rig
 from rig.crash_points import VARIABLE, CrashPoint
-from rig.devices.abilities import Axis, Burst
 from rig.errors import DeviceFault
 from rig.motion.move import stop_all
 

@@ -19,8 +19,8 @@ from procedures.journal.event_words import event_words
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import Burst, Readout, Wait
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import Burst, Readout, Wait
 from rig.errors import DeviceNonsense
 
 
@@ -219,7 +219,7 @@ def test_fault_48_a_wrong_tooth_is_caught_by_the_running_fit_alone(
     """Detected: the running fit: every sensor reads as if the axis stood elsewhere than its read-back says.
     Response: the dwell is rejected, those in doubt are taken back; home, check set; a slip that stays trips (seam).
     """
-    from rig.twins.world import World
+    from rig.twins.physics.world import World
 
     def slip(unattended: UnattendedRun) -> None:
         chance = unattended.rig.chance

@@ -24,12 +24,12 @@ from procedures.run.begin import begin
 from procedures.run.resume import resume_on
 from procedures.run.services import RunServices
 from procedures.solution import by_model
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import AxisState
 from rig.errors import DeviceFault, RequestRefused
 from rig.motion.jog import jog_to
 from rig.motion.move import move_and_arrive
-from rig.twins.world import World
+from rig.twins.physics.world import World
 from rig.wire.maestro import Errors
 
 

@@ -26,7 +26,7 @@ from rig.errors import DescriptionError, DeviceFault
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
 from rig.motion.move import stop_all
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 UNSTOPPED = (
     "axes.pitch: nothing stops it when calrig dies: its driver has no stop_steps; a move that was started goes on to"

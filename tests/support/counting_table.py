@@ -7,12 +7,12 @@ near way. What a process knows of it ends with the process: :class:`Driver`.
 
 from collections.abc import Callable, Sequence
 
+from rig.abilities import rates
+from rig.abilities.abilities import AxisState, StopStep, TurnLook
+from rig.abilities.targets import require_home
+from rig.cables.winding import nearest_deg
 from rig.clock import VirtualClock
-from rig.devices import rates
-from rig.devices.abilities import AxisState, StopStep, TurnLook
 from rig.devices.rate_table import Unwound
-from rig.devices.targets import require_home
-from rig.devices.winding import nearest_deg
 from rig.errors import LinkLost, RequestRefused
 
 SPEED_DPS, TOP_RATE_DPS = 60.0, 90.0
@@ -88,7 +88,7 @@ class CountingTable:
 
 
 class Driver:
-    """What one process knows of the table: a :class:`rig.devices.cable.TurningAxis`. ``on_rate`` hears of each rate."""
+    """What one process knows of the table: a :class:`rig.cables.cable.TurningAxis`. ``on_rate`` hears of each rate."""
 
     name, increment_deg, approach_deg, arrival_tolerance_deg = "yaw", 0.0, 0.0, 0.01
     speed_dps, top_rate_dps = SPEED_DPS, TOP_RATE_DPS

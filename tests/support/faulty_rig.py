@@ -3,10 +3,10 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
+from rig.abilities.abilities import Axis, AxisState, Burst, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
-from rig.devices.abilities import Axis, AxisState, Burst, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion.motion_memory import MotionMemory
 

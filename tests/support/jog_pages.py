@@ -24,13 +24,13 @@ from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.served import TICK_S
 from procedures.jog_screen.values import Asker, Home
 from procedures.jog_screen.worker import Bench
+from rig.abilities.abilities import Axis
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock, VirtualClock
 from rig.description.read import read_rig
-from rig.devices.abilities import Axis
 from rig.errors import RigError, WaitEnded
 from rig.motion.move import stop_all
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 STEP_S = 0.01
 LEVELS = ("roll", "pitch")

@@ -6,10 +6,10 @@ from typing import Any
 
 from table_bench import example_rig, virtual_clock
 
+from rig.abilities.abilities import Axis
 from rig.clock import VirtualClock
 from rig.description.device_settings import AxisSettings
 from rig.devices import esp301, indexing_table, maestro, manual, oriental_az, pi_gcs, rate_table, zaber
-from rig.devices.abilities import Axis
 from rig.devices.maestro_settings import MaestroSettings
 from rig.devices.oriental_az_settings import OrientalAzSettings
 from rig.drivers.driver import DRIVERS as INSTALLED
@@ -17,7 +17,7 @@ from rig.link.byte_stream import ByteStream
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.twins.oriental_az import OrientalAzTwin
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 Axes = Mapping[str, Any]
 TIME_FACTOR = 200.0

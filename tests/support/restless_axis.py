@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from table_bench import virtual_clock
 
-from rig.devices.abilities import AxisState
+from rig.abilities.abilities import AxisState
 
 Noise = Callable[[np.random.Generator], float]
 

@@ -14,10 +14,10 @@ from unattended_run import UnattendedRun, asks
 from procedures.journal.spool import Request
 from procedures.run.begin import begin
 from procedures.run.services import RunServices
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import AxisState
 from rig.errors import LinkLost
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 AFTER_S = 60.0
 

@@ -13,7 +13,7 @@ from rig.devices.vn100 import connect as connect_vn100
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.twins.csv_imu import CsvImuTwin
-from rig.twins.imu import Motion
+from rig.twins.physics.imu import Motion
 from rig.twins.twin import Twin
 from rig.twins.vn100 import Vn100Twin
 from rig.wire.csv_rows import RowShape

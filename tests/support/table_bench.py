@@ -13,7 +13,7 @@ from rig.devices.indexing_table import IndexingTableAxis, IndexingTableSettings,
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.twins.indexing_table import IndexingTableTwin
-from rig.twins.world import World
+from rig.twins.physics.world import World
 from rig.wire.indexing_table import TableCodec
 from rig.wire.table_dialect import load_dialect
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from small_run import RIG, Bench, bench
 from unattended_run import UnattendedRun, events
 
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 TWO = (
     ("reference_every = 7", "reference_every = 3\npitch_deg = [0.0, 30.0]\nroll_deg = [0.0, 60.0]"),

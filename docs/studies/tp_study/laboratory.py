@@ -26,7 +26,7 @@ from procedures.solution.observations import observations_of
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 FloatArray = NDArray[np.float64]
 

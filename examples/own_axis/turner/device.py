@@ -1,6 +1,6 @@
 """The drive as calrig uses it: its table in a rig file, and the members of an axis and of a rate axis.
 
-What each member must do stands in ``rig/devices/abilities.py``. Beside them ``stop_steps``: the bytes that stop the
+What each member must do stands in ``rig/abilities/abilities.py``. Beside them ``stop_steps``: the bytes that stop the
 axis, for the stop guard, which sends them when this program is dead and waits for no answer.
 """
 
@@ -10,11 +10,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from rig.abilities import rates
+from rig.abilities.abilities import Axis, AxisState, StopStep, TurnLook
+from rig.abilities.starting import start_once
+from rig.abilities.targets import check_target, nearest_step, require_home
 from rig.clock import Clock
-from rig.devices import rates
-from rig.devices.abilities import Axis, AxisState, StopStep, TurnLook
-from rig.devices.starting import start_once
-from rig.devices.targets import check_target, nearest_step, require_home
 from rig.errors import DeviceFault, DeviceRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -45,7 +45,7 @@ class TurnerSettings(rates.RevolvingSettings):
 
 
 class Turner:
-    """One drive: a :class:`rig.devices.abilities.Axis` and a :class:`rig.devices.abilities.RateAxis`."""
+    """One drive: a :class:`rig.abilities.abilities.Axis` and a :class:`rig.abilities.abilities.RateAxis`."""
 
     def __init__(self, name: str, settings: TurnerSettings, exchange: Exchange, turn: Lock) -> None:
         self.name = name

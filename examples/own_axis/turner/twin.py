@@ -6,9 +6,9 @@
 import struct
 from collections.abc import Mapping
 
-from rig.twins.servo_axis import ServoAxis
+from rig.twins.physics.servo_axis import ServoAxis
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from turner.device import TurnerSettings
 
 TOP_DPS = 500.0

@@ -3,8 +3,8 @@
 from typing import Literal
 
 from oven_driver.codec import HUNDREDTHS, read_degc, read_identity, write_degc
+from rig.abilities.abilities import Environment
 from rig.description.device_settings import EnvironmentSettings
-from rig.devices.abilities import Environment
 from rig.errors import DeviceFault, RequestRefused
 from rig.lines.open_lines import Lines
 from rig.link.exchange import Exchange
@@ -21,7 +21,7 @@ class OvenSettings(EnvironmentSettings):
 
 
 class Oven:
-    """A :class:`rig.devices.abilities.Environment`: those four methods and a name are all that calrig asks for."""
+    """A :class:`rig.abilities.abilities.Environment`: those four methods and a name are all that calrig asks for."""
 
     def __init__(self, name: str, settings: OvenSettings, exchange: Exchange) -> None:
         self.name = name

@@ -2,8 +2,8 @@
 
 from oven_driver.codec import DEGC, write_degc
 from rig.description.device_settings import EnvironmentSettings
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 
 class OvenTwin:

@@ -8,8 +8,8 @@ import math
 import re
 from typing import Literal
 
+from rig.abilities.abilities import Field, FieldState
 from rig.description.device_settings import FieldSettings, Positive
-from rig.devices.abilities import Field, FieldState
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
 from rig.lines.open_lines import Lines
 from rig.link.exchange import Exchange
@@ -27,7 +27,7 @@ class CoilSettings(FieldSettings):
 
 
 class Coil:
-    """A :class:`rig.devices.abilities.Field`."""
+    """A :class:`rig.abilities.abilities.Field`."""
 
     def __init__(self, name: str, settings: CoilSettings, exchange: Exchange) -> None:
         self.name = name

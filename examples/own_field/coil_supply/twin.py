@@ -3,8 +3,8 @@
 import numpy as np
 
 from coil_supply.device import CoilSettings
+from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.twins.world import World
 
 SETTLES_S = 1.0
 

@@ -10,10 +10,10 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
+from rig.abilities.abilities import Burst, Readout, Wait
+from rig.abilities.scpi_talk import require, require_no_error
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
-from rig.devices.abilities import Burst, Readout, Wait
-from rig.devices.scpi_talk import require, require_no_error
 from rig.drivers.message_lines import message_line
 from rig.errors import DeviceNonsense, RequestRefused
 from rig.lines.open_lines import Lines
@@ -43,7 +43,7 @@ class NanoSettings(ReadoutSettings):
 
 
 class NanoMeter:
-    """A :class:`rig.devices.abilities.Readout`."""
+    """A :class:`rig.abilities.abilities.Readout`."""
 
     def __init__(self, name: str, settings: NanoSettings, line: MessageLine, clock: Clock) -> None:
         self.name = name

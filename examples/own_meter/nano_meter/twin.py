@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 
 from nano_meter.device import MAINS_HZ, NanoSettings
+from rig.twins.physics.world import World
 from rig.twins.scpi_port import OUT_OF_RANGE, UNDEFINED_HEADER, Refused, ScpiPort
 from rig.twins.twin import Twin
-from rig.twins.world import World
 from rig.wire import scpi
 
 RANGE_V = 12.0

@@ -6,9 +6,9 @@ import numpy as np
 from pydantic import Field
 
 from pulse_imu.codec import COUNT_WRAPS, take_samples
+from rig.abilities.abilities import Stream, StreamBlock, StreamGap
 from rig.clock import Clock
 from rig.description.device_settings import StreamSettings
-from rig.devices.abilities import Stream, StreamBlock, StreamGap
 from rig.errors import DeviceNonsense
 from rig.lines.open_lines import Lines
 from rig.link.byte_stream import ByteStream
@@ -36,7 +36,7 @@ class PulseSettings(StreamSettings):
 
 
 class Pulse:
-    """A :class:`rig.devices.abilities.Stream`."""
+    """A :class:`rig.abilities.abilities.Stream`."""
 
     def __init__(self, name: str, settings: PulseSettings, line: ByteStream, clock: Clock) -> None:
         self.name = name

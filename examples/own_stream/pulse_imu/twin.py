@@ -3,9 +3,9 @@
 import struct
 
 from pulse_imu.device import PulseSettings
-from rig.twins.imu import MotionSource
-from rig.twins.metronome import Metronome
-from rig.twins.strapped_down import StrappedDown
+from rig.twins.physics.imu import MotionSource
+from rig.twins.physics.metronome import Metronome
+from rig.twins.physics.strapped_down import StrappedDown
 from rig.twins.twin import Twin
 
 

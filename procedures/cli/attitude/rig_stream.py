@@ -22,12 +22,12 @@ from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.lease.keeper import leased
 from procedures.run.dwell.stream_recorder import recording
+from rig.abilities.abilities import Stream, StreamBlock, Wait
 from rig.assembly.discovery import with_only
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Stream, StreamBlock, Wait
 from rig.errors import WaitEnded
 
 LOOK_S = 0.02

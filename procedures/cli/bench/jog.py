@@ -22,14 +22,14 @@ from procedures.jog_screen.served import jog_for_pages
 from procedures.lease.keeper import leased
 from procedures.numbers import finite
 from procedures.queue.hands import JOG_STOP
+from rig.abilities.abilities import Wait
+from rig.abilities.rest import band_deg
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Wait
-from rig.devices.rest import band_deg
 from rig.errors import RigError, WaitEnded
 from rig.motion import jog as by_hand
 from rig.motion.home_memory import HomeMemory

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from types import FrameType
 
 from procedures.run.steering import job_control_ignored
+from rig.abilities.abilities import Wait
 from rig.clock import Clock
-from rig.devices.abilities import Wait
 from rig.errors import WaitEnded
 from rig.system_parts import present
 

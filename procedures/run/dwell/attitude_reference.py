@@ -8,7 +8,7 @@ from ams.frames import wrap_deg
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell
 from procedures.run.dwell.measure import OpenRig, read_channel
-from rig.devices.abilities import Wait
+from rig.abilities.abilities import Wait
 from rig.errors import DeviceFault
 from rig.motion.move import move_and_arrive
 

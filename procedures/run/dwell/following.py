@@ -19,7 +19,7 @@ from procedures.run.dwell.alignment import Alignment, align, timing
 from procedures.run.dwell.measure import Announcement, OpenRig, look
 from procedures.run.dwell.stream_recorder import Recorder, Recording, recording
 from procedures.run.dwell.turning import streams_of
-from rig.devices.abilities import RateAxis, TurnLook, Wait
+from rig.abilities.abilities import RateAxis, TurnLook, Wait
 from rig.errors import DeviceFault
 from rig.motion.move import stop_all
 

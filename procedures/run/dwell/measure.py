@@ -12,10 +12,10 @@ from procedures.plan.steps import Dwell
 from procedures.records.dwells import ChannelReading, Look, Measurement
 from procedures.run.dwell.settle import Settled, settle
 from procedures.run.dwell.stream_readout import StreamedReadout
+from rig.abilities.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.assembly.identity import Identifiable
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
-from rig.devices.abilities import Axis, Environment, Field, Readout, Stream, TwinChance, Wait
 from rig.link.counts import ExchangeCounts
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell

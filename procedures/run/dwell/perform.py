@@ -19,7 +19,7 @@ from procedures.run.dwell.following import follow
 from procedures.run.dwell.measure import Announcement, OpenRig, look, measure, read_channels, settle_at
 from procedures.run.dwell.stream_recorder import recording
 from procedures.run.dwell.turning import as_readings, streams_of, turn
-from rig.devices.abilities import Wait
+from rig.abilities.abilities import Wait
 from rig.errors import DeviceFault
 
 _FIELD_LOOK_S = 0.1

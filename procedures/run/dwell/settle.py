@@ -16,8 +16,8 @@ from ams.arrays import FloatArray
 from procedures.description.dwell_settings import Settle
 from procedures.plan.windows import FEWEST_READINGS, MOST_READINGS
 from procedures.statistics import _rounding_v2, has_slope, t_limit
+from rig.abilities.abilities import Readout, Wait
 from rig.clock import Clock
-from rig.devices.abilities import Readout, Wait
 
 FALSE_ALARM = 0.05
 """A window. More readings would prove no more: what matters is the time between the windows."""

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 from procedures.plan.steps import Soak
+from rig.abilities.abilities import Environment, Wait
+from rig.abilities.chamber_alarms import alarm_clause
 from rig.clock import Clock
-from rig.devices.abilities import Environment, Wait
-from rig.devices.chamber_alarms import alarm_clause
 from rig.errors import ChamberFault
 
 _LOOKS, _SHORTEST_LOOK_S, _LONGEST_LOOK_S = 60, 1.0, 30.0

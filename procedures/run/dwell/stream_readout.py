@@ -5,14 +5,14 @@ from collections.abc import Mapping
 import numpy as np
 
 from procedures.run.dwell.stream_recorder import recording
+from rig.abilities.abilities import Burst, Stream, Wait
 from rig.clock import Clock
-from rig.devices.abilities import Burst, Stream, Wait
 
 _MARGIN_SAMPLES = 0.5
 
 
 class StreamedReadout:
-    """A :class:`rig.devices.abilities.Readout` of the channels of one stream."""
+    """A :class:`rig.abilities.abilities.Readout` of the channels of one stream."""
 
     def __init__(self, stream: Stream, clock: Clock) -> None:
         self.name = stream.name

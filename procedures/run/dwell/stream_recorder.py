@@ -13,8 +13,8 @@ from threading import Event, Lock
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from rig.abilities.abilities import Stream, StreamBlock, Wait
 from rig.clock import Clock, VirtualClock
-from rig.devices.abilities import Stream, StreamBlock, Wait
 from rig.errors import DeviceSilent, RigError
 from rig.threads import BegunThread
 

@@ -19,9 +19,9 @@ from procedures.records.dwells import ChannelReading, Measurement, MotionRecord,
 from procedures.run.dwell.alignment import align, timing
 from procedures.run.dwell.measure import Announcement, OpenRig, look, move, read_channel
 from procedures.run.dwell.stream_recorder import Recorder, Recording, recording
-from rig.devices.abilities import RateAxis, Stream, SweepAxis, TurnLook, Wait
-from rig.devices.cable import CableGuard
-from rig.devices.rates import measured_rate
+from rig.abilities.abilities import RateAxis, Stream, SweepAxis, TurnLook, Wait
+from rig.abilities.rates import measured_rate
+from rig.cables.cable import CableGuard
 from rig.errors import DeviceFault
 from rig.motion.move import stop_all
 

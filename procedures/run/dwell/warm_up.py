@@ -8,7 +8,7 @@ import numpy as np
 from procedures.numbers import duration
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.judgement.run_limits import WarmUp
-from rig.devices.abilities import Wait
+from rig.abilities.abilities import Wait
 from rig.errors import DeviceFault
 
 LOOKS = 10

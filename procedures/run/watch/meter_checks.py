@@ -9,8 +9,8 @@ from math import inf, isfinite
 
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.judgement.alarm import Alarm, Response
-from rig.devices.abilities import Wait
-from rig.devices.self_checking import MeterLook, MeterProof, SelfChecking
+from rig.abilities.abilities import Wait
+from rig.abilities.self_checking import MeterLook, MeterProof, SelfChecking
 
 KIND = "meter_check"
 CAUSE = "meter"

@@ -1,7 +1,7 @@
 """Whether one line is silent or many: who is woken by the first should not look at one cable where a hub is dark."""
 
 from procedures.run.dwell.measure import OpenRig
-from rig.devices.abilities import Wait
+from rig.abilities.abilities import Wait
 from rig.errors import RigError
 
 LIMIT_S = 15.0

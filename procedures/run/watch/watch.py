@@ -18,9 +18,9 @@ from procedures.run.judgement.interlocks import Interlock, Watched, look_at
 from procedures.run.judgement.run_limits import RunLimits
 from procedures.run.watch.clock_watch import ClockChange, ClockWatch
 from procedures.run.watch.disk_space import MB
-from rig.devices.abilities import AxisState, Wait
-from rig.devices.chamber_alarms import TellsAlarms, alarm_clause
-from rig.devices.setpoint_memory import KeepsSetpointMemory
+from rig.abilities.abilities import AxisState, Wait
+from rig.abilities.chamber_alarms import TellsAlarms, alarm_clause
+from rig.abilities.setpoint_memory import KeepsSetpointMemory
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link.counts import ExchangeCounts
 

@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 from math import inf
 
 from procedures.run.dwell.measure import OpenRig
-from rig.devices.abilities import Wait, Watchdog
-from rig.devices.unstoppable import why_unstoppable
+from rig.abilities.abilities import Wait, Watchdog
+from rig.abilities.unstoppable import why_unstoppable
 from rig.errors import DeviceFault, RigError
 
 KIND = "watchdog"

@@ -8,7 +8,7 @@ from rich.console import Console, RenderableType
 
 from procedures.jog_screen import panels
 from procedures.jog_screen.values import AttitudeView, AxisView, BenchView, ChannelView, ShownMessage
-from rig.devices.abilities import AxisState
+from rig.abilities.abilities import AxisState
 
 AXIS = AxisView("pitch", (-180.0, 180.0), (1.0, 5.0), 0.0)
 

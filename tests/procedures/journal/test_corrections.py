@@ -22,9 +22,9 @@ from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.readiness import readiness
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.rig_file import LevelReading, RigDescription, Standard
-from rig.devices.abilities import AxisState
 
 BUMPED = Authorisation("anna", "the table was bumped")
 

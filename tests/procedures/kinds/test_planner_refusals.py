@@ -13,7 +13,7 @@ from procedures.description.procedure_file import Order
 from procedures.errors import ExitStatus, PlanError
 from procedures.kinds.planner import make_plan
 from procedures.plan.plan import Plan
-from rig.devices.targets import check_target, is_on_increment
+from rig.abilities.targets import check_target, is_on_increment
 from rig.errors import DescriptionError, RequestRefused
 
 PITCH = "pitch_deg = { from = -30.0, to = 30.0, step = 10.0 }"

@@ -13,8 +13,8 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.solution.record import RunRecord, read_record
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig
-from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 
 GONE = "readouts.dmm: the port is gone"

@@ -18,7 +18,7 @@ from procedures.report.check_rows import check_rows
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import open_rig
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 SLIPPED_DEG = -0.02
 BEFORE_VISIT_1, BEFORE_VISIT_3 = 2, 7

@@ -12,11 +12,11 @@ from procedures.records.progress import STRAY_MOTION
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import Burst
 from rig.errors import LinkLost
 from rig.motion.move import home_and_arrive
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 SLOW = (("speed_dps = 180.0", "speed_dps = 20.0"),)
 ESP301 = (

@@ -16,10 +16,10 @@ from procedures.records.states import State
 from procedures.run.judgement.mount_check import contradictions
 from procedures.run.preflight import preflight
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import Burst, Readout, Wait
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.description.rig_file import Mount, Sensor
-from rig.devices.abilities import Burst, Readout, Wait
 
 LEVEL, ON_ITS_BACK, RIGHT_DOWN, NOSE_UP = (0.0, 0.0), (0.0, 180.0), (0.0, 90.0), (90.0, 0.0)
 SENSOR = Sensor(

@@ -32,12 +32,12 @@ from procedures.run.begin import begin
 from procedures.run.handover import handover
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock
-from rig.devices.abilities import Burst
 from rig.errors import LinkLost
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 
 @pytest.fixture(scope="module")

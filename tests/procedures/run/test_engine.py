@@ -22,8 +22,8 @@ from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
+from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.open_rig import open_rig
-from rig.devices.abilities import AxisState, Burst
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
 
 

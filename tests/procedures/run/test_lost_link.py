@@ -11,9 +11,9 @@ from unattended_run import RigReopenedLate, UnattendedRun, asks, events, run_una
 
 from procedures.records.states import State
 from procedures.run.ending import Outcome
+from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
-from rig.devices.abilities import AxisState, Burst
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
 
 GONE = "axes.pitch at /dev/serial/by-id/usb-x: the port is gone or broken; check cable and adapter"

@@ -24,7 +24,7 @@ from procedures.run.handover import handover
 from rig.assembly.open_rig import open_rig
 from rig.link.byte_stream import ByteStream
 from rig.motion.motion_memory import LATEST_S
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 NAMED = "roll: the order to move to "
 MAY_COME = " was neither acknowledged nor seen to be taken up, and may still come"

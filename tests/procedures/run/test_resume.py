@@ -31,11 +31,11 @@ from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.judgement.history import agenda, history_of, replications_before
 from procedures.run.resume import resume, resume_on
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock, VirtualClock
 from rig.description.read import rig_form
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import Burst
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from procedures.records.states import State
 from procedures.run.sparkline import sparkline
 from procedures.run.stop_page import explain
 from procedures.run.watch.keep_awake import awake
-from rig.devices.abilities import Burst
+from rig.abilities.abilities import Burst
 from rig.errors import FileContradicted, LinkLost
 
 ROOT = Path(__file__).parents[3]

@@ -16,13 +16,13 @@ from procedures.kinds.read import read_procedure
 from procedures.records.progress import AT_REST, Progress
 from procedures.records.states import State
 from procedures.run.begin import begin
+from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.read import read_rig
-from rig.devices.abilities import AxisState, Burst
 from rig.errors import LinkLost
 from rig.motion.supervisor import SupervisedAxis
 from rig.twins.manual import HANDLING_S
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 SERVOS = Path(__file__).parents[3] / "examples" / "servo-mechanism"
 CHECKS = "[check]"

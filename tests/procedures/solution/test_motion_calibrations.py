@@ -28,7 +28,7 @@ from procedures.records.states import State
 from procedures.report.truth import truth_of
 from procedures.run.dwell.turning import RateWatch
 from procedures.run.resume import resume
-from rig.devices.abilities import TurnLook
+from rig.abilities.abilities import TurnLook
 
 # SR, "Calibration and Conversion Equations": real = A·reading + B per axis.
 SR_ACCELEROMETER = {"x": (1.0032, 0.02066), "y": (1.0278, -0.0659), "z": (1.0119, -0.0243)}

@@ -23,7 +23,7 @@ from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
-from rig.devices.abilities import Burst
+from rig.abilities.abilities import Burst
 
 
 @pytest.mark.parametrize(("axis", "by_deg", "after"), [("pitch", 0.02, 16), ("roll", 0.005, 13)])

@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 from table_bench import rig_file, virtual_clock
 
+from rig.abilities.abilities import NoChance
 from rig.assembly.open_rig import Rig, choose_clock, lock_rig, open_rig, real_ports
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock, VirtualClock
 from rig.description.read import read_rig
-from rig.devices.abilities import NoChance
 from rig.errors import DescriptionError, DeviceFault, DeviceNonsense, LinkClosed, LinkLost, RigBusy
 from rig.lines.lock import owner_of
 from rig.lines.recording import recording, replaying
 from rig.motion.jog import hold, home, jog_to
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 
 def _measured(rig: Rig) -> list[object]:

@@ -22,7 +22,7 @@ from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
 from rig.link.transcript import read_transcript
 from rig.twins.csv_imu import CsvImuTwin
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 Twins = Mapping[str, Any]
 

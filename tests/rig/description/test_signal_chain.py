@@ -9,7 +9,7 @@ from table_bench import rig_file
 from rig.description.read import read_rig
 from rig.description.signal_chain import Chain
 from rig.errors import DescriptionError
-from rig.twins.chain import ChainTruth
+from rig.twins.physics.chain import ChainTruth
 
 
 def test_a_ratiometric_reading_follows_its_supply() -> None:

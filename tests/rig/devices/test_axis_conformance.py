@@ -8,15 +8,15 @@ from hypothesis import strategies as st
 from motion_bench import DRIVERS, motion_bench, settings_of, twin_of, world_of
 from table_bench import virtual_clock
 
+from rig.abilities.abilities import Axis
 from rig.clock import Clock, ScaledClock, SystemClock
-from rig.devices.abilities import Axis
 from rig.errors import RequestRefused, RigError, WaitEnded
 from rig.link import faults
 from rig.link.memory import MemoryStream
 from rig.link.ports import open_stream
 from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.testing.axes import keep_axis_promises
-from rig.twins.servers import serve_pty, serve_tcp
+from rig.twins.serving.servers import serve_pty, serve_tcp
 
 FACTOR = 50.0
 CLOSE_DEG = 0.1

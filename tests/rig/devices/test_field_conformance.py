@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 from example_files import EXAMPLE_RIG
 
+from rig.abilities.abilities import Field, FieldState
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
-from rig.devices.abilities import Field, FieldState
 from rig.errors import RequestRefused
 from rig.testing import LINES, rig_on
 

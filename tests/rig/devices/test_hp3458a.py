@@ -27,7 +27,7 @@ from rig.link.ports import open_stream
 from rig.link.prologix import PrologixBus
 from rig.twins import hp3458a as meter_twin
 from rig.twins.prologix import PrologixTwin
-from rig.twins.servers import serve_pty, serve_tcp
+from rig.twins.serving.servers import serve_pty, serve_tcp
 
 
 class Stop:

@@ -1,8 +1,8 @@
 import pytest
 from gpib_rig import GpibRig, gpib_rig
 
+from rig.abilities.waiting import wait_until
 from rig.devices.hp3488a import Hp3488aScanner
-from rig.devices.waiting import wait_until
 from rig.errors import DeviceFault, DeviceRefused, DeviceSilent
 from rig.link.prologix import PrologixBus
 from rig.twins.hp3488a import RELAY_S

@@ -8,7 +8,7 @@ from rig.devices.manual_field import ManualFieldSettings, connect
 from rig.errors import RequestRefused
 from rig.link.memory import MemoryStream
 from rig.twins.manual_field import FieldOperatorTwin
-from rig.twins.world import World
+from rig.twins.physics.world import World
 from rig.wire import manual as wire
 from rig.wire.manual import ApplyField
 

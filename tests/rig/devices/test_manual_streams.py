@@ -9,7 +9,7 @@ from stream_rig import Swing, csv_rig, vn100_rig, vn100_settings
 from rig.clock import SystemClock
 from rig.errors import DeviceNonsense
 from rig.link.ports import open_stream
-from rig.twins.ports import PtyPort
+from rig.twins.serving.ports import PtyPort
 from rig.twins.vn100 import Vn100Twin
 from rig.wire import vn100 as wire
 

@@ -10,9 +10,9 @@ from rig.devices.watlow_f4t import connect as connect_f4t
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, RequestRefused, RigError
 from rig.link.memory import MemoryStream
 from rig.twins.modbus_slave import ModbusSlave
+from rig.twins.physics.world import World
 from rig.twins.watlow_f4 import WatlowF4Twin
 from rig.twins.watlow_f4t import WatlowF4TTwin
-from rig.twins.world import World
 
 
 class Room:

@@ -3,7 +3,7 @@
 import pytest
 from motion_bench import MotionBench, motion_bench
 
-from rig.devices.rates import measured_rate
+from rig.abilities.rates import measured_rate
 from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused
 from rig.link import faults
 from rig.motion.move import home_and_arrive

@@ -9,7 +9,7 @@ from rig.link.faults import Part
 from rig.link.memory import MemoryStream
 from rig.motion.move import home_and_arrive, move_and_arrive
 from rig.twins.indexing_table import IndexingTableTwin, TableAxis, TableTimes
-from rig.twins.world import World
+from rig.twins.physics.world import World
 from rig.wire.indexing_table import Home, Move, TableCodec
 from rig.wire.table_dialect import load_dialect, published_dialects
 

@@ -14,7 +14,7 @@ from rig.link.ports import open_stream
 from rig.motion.move import home_and_arrive
 from rig.testing import LINES
 from rig.testing.axes import keep_rate_promises
-from rig.twins.servers import serve_pty, serve_tcp
+from rig.twins.serving.servers import serve_pty, serve_tcp
 
 TURNING = ("oriental-az", "rate-table", "zaber")
 FACTOR = 60.0

@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from table_bench import example_rig, virtual_clock
 
+from rig.abilities.rates import measured_rate
 from rig.devices.rate_table import RateTableAxis, RateTableSettings, connect
-from rig.devices.rates import measured_rate
 from rig.errors import DescriptionError, DeviceRefused, RequestRefused
 from rig.link import faults
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
+from rig.twins.physics.world import World
 from rig.twins.rate_table import RateTableTwin
-from rig.twins.world import World
 from rig.wire.indexing_table import (
     AskPosition,
     Command,

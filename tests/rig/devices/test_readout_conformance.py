@@ -8,9 +8,9 @@ import pytest
 from example_files import EXAMPLE_RIG
 from instrument_rigs import angle_meter_rig_file, daq_and_f4t_rig_file, meters_rig_file
 
+from rig.abilities.abilities import Readout
 from rig.assembly.open_rig import Rig
 from rig.description.drivers import settings_classes
-from rig.devices.abilities import Readout
 from rig.testing import LINES, keep_promises, rig_on
 
 

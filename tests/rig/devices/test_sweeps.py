@@ -6,7 +6,7 @@ Source of the unit: Pololu Maestro user's guide, 0.25 µs per 10 ms.
 import pytest
 from motion_bench import MotionBench, motion_bench, settings_of
 
-from rig.devices.rates import measured_rate
+from rig.abilities.rates import measured_rate
 from rig.errors import RequestRefused
 
 UNIT_DPS = 0.25 / 0.01 * 360.0 / 2000.0  # 25 µs/s on a servo of 2000 µs for 360°: 4.5 deg/s

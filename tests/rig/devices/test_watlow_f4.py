@@ -8,8 +8,8 @@ from rig.devices.watlow_f4 import WatlowF4, WatlowF4Settings, connect
 from rig.errors import DeviceFault, DeviceNonsense, RequestRefused
 from rig.link.faults import FaultScript, delay
 from rig.link.memory import MemoryStream
+from rig.twins.physics.world import World
 from rig.twins.watlow_f4 import WatlowF4Twin
-from rig.twins.world import World
 
 
 def _chamber(

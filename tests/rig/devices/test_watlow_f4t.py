@@ -11,8 +11,8 @@ from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent,
 from rig.link.faults import FaultScript, delay, drop, stall
 from rig.link.memory import MemoryStream
 from rig.twins.modbus_slave import ModbusSlave
+from rig.twins.physics.world import World
 from rig.twins.watlow_f4t import AUTO, MANUAL, OFF, WatlowF4TTwin
-from rig.twins.world import World
 
 
 class Scene:

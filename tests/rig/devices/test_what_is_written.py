@@ -16,8 +16,8 @@ from rig.devices.indexing_table import DialectSettings, IndexingTableAxis, Index
 from rig.devices.rate_table import RateTableAxis, RateTableSettings
 from rig.errors import DescriptionError, RequestRefused
 from rig.link.memory import MemoryStream
+from rig.twins.physics.world import World
 from rig.twins.rate_table import RateTableTwin
-from rig.twins.world import World
 from rig.wire.indexing_table import Move, TableCodec
 from rig.wire.table_dialect import load_dialect, published_dialects, rate_dialects
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from motion_bench import motion_bench, settings_of, twin_of, world_of
 from table_bench import virtual_clock
 
-from rig.devices.abilities import TurnLook
-from rig.devices.rates import measured_rate
+from rig.abilities.abilities import TurnLook
+from rig.abilities.rates import measured_rate
 from rig.devices.zaber import connect
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused
 from rig.link import faults

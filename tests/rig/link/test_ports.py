@@ -10,7 +10,7 @@ from rig.clock import SystemClock
 from rig.errors import LinkClosed, LinkLost, RequestRefused, RigBusy
 from rig.link.byte_stream import ByteStream
 from rig.link.ports import open_stream
-from rig.twins.servers import serve_pty, serve_tcp
+from rig.twins.serving.servers import serve_pty, serve_tcp
 
 CLOCK = SystemClock()
 

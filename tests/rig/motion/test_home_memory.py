@@ -10,12 +10,12 @@ from turning_rig import _TABLE as TABLE
 from turning_rig import SERVO_FOR_PITCH, served
 
 from ams.whole_file import replace_file
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock
 from rig.description.fault_plan import FaultPlan, FaultRule
 from rig.description.read import read_rig
-from rig.devices.abilities import AxisState
 from rig.motion.home_memory import HomeMemory
 from rig.motion.jog import home, jog_to
 

@@ -7,8 +7,8 @@ from itertools import chain, repeat
 import pytest
 from table_bench import TableBench, table_bench, virtual_clock
 
+from rig.abilities.abilities import AxisState
 from rig.clock import VirtualClock
-from rig.devices.abilities import AxisState
 from rig.errors import DeviceFault, LinkLost, RequestRefused, WaitEnded
 from rig.motion.move import home_and_arrive, move_and_arrive, stop_all
 

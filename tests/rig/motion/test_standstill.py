@@ -6,8 +6,8 @@ import pytest
 from command_strikes import FAMILIES
 from motion_bench import MotionBench, motion_bench
 
+from rig.abilities.abilities import Axis
 from rig.clock import Clock
-from rig.devices.abilities import Axis
 from rig.errors import MotionBreach, RequestRefused
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import home_and_arrive, move_and_arrive

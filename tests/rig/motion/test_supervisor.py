@@ -10,8 +10,8 @@ from motion_bench import motion_bench
 from reply_strikes import KINDS_OF, a_reply
 from table_bench import virtual_clock
 
+from rig.abilities.abilities import Remembering, Watchdog
 from rig.clock import Clock
-from rig.devices.abilities import Remembering, Watchdog
 from rig.errors import DeviceSilent, LinkLost, MotionBreach
 from rig.link.faults import Part
 from rig.motion.move import home_and_arrive, move_and_arrive

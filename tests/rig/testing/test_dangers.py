@@ -11,9 +11,9 @@ from motion_bench import DRIVERS, settings_of
 from table_bench import example_rig
 from turner_rig import turner_rig
 
+from rig.abilities.abilities import AxisState, StopStep
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.devices.abilities import AxisState, StopStep
 from rig.devices.pi_gcs import PiGcsAxis
 from rig.testing.axis_bench import AxisBench
 from rig.testing.dangers import keep_axis_safe

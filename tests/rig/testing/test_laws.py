@@ -10,9 +10,9 @@ from example_files import EXAMPLE_RIG
 from instrument_rigs import daq_and_f4t_rig_file, text_chambers_rig_file
 from motion_bench import motion_bench
 
+from rig.abilities.abilities import AxisState, TurnLook
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.read import read_rig
-from rig.devices.abilities import AxisState, TurnLook
 from rig.testing import keep_promises, rig_on, survive_damage
 from rig.testing.axes import keep_axis_promises, keep_rate_promises
 

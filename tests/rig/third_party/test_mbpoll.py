@@ -11,7 +11,7 @@ from programs import require_program
 from rig.clock import ScaledClock, SystemClock
 from rig.twins.modbus_slave import ModbusSlave
 from rig.twins.oriental_az import OrientalAzTwin
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 from rig.twins.twin import Twin
 from rig.twins.watlow_f4 import WatlowF4Twin
 from rig.twins.watlow_f4t import WatlowF4TTwin

@@ -23,7 +23,7 @@ from rig.errors import DeviceNonsense, DeviceSilent
 from rig.link.exchange import Patience
 from rig.link.modbus import ModbusRtu
 from rig.link.ports import open_stream
-from rig.twins.servers import serve_pty
+from rig.twins.serving.servers import serve_pty
 
 TIMEOUT_S = 0.3
 F4 = {0: 5270, 100: 253, 200: 0, 300: 200, 600: 1, 602: 64836, 603: 1800, 606: 1, 608: 0, 901: 1}

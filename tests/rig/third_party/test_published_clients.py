@@ -18,7 +18,7 @@ from pyvisa.resources import MessageBasedResource
 
 from rig.clock import ScaledClock, SystemClock
 from rig.twins.ascii_chamber import AsciiChamberTwin
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 
 FACTOR = 50.0
 pytestmark = pytest.mark.filterwarnings("ignore::FutureWarning", "ignore::ResourceWarning")

@@ -13,7 +13,7 @@ from pymodbus.framer.rtu import FramerRTU
 
 from rig.clock import Clock, ScaledClock
 from rig.twins.oriental_az import OrientalAzTwin
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 
 START = (
     "01 10 00 58 00 10 20 00000000 00000002 00001388 000003E8 000003E8 000003E8 000003E8 00000001 F7 61",

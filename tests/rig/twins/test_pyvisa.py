@@ -12,7 +12,7 @@ from pyvisa.resources import MessageBasedResource
 from rig.clock import SystemClock
 from rig.errors import DeviceSilent, LinkClosed, RequestRefused
 from rig.link.visa import VisaBus
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 from rig.wire import hp3458a
 
 BOARDS = count(1)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rig.clock import ScaledClock
 from rig.twins.prologix import PrologixTwin
 from rig.twins.scpi_port import ScpiPort
-from rig.twins.servers import serve_tcp
+from rig.twins.serving.servers import serve_tcp
 
 
 def _said(port: ScpiPort, message: bytes, now_s: float = 0.0) -> bytes:

@@ -8,8 +8,8 @@ from stream_rig import Swing, csv_rig, vn100_settings
 from rig.clock import SystemClock
 from rig.devices.vn100 import connect
 from rig.link.ports import open_stream
-from rig.twins.metronome import BACKLOG_S, Metronome
-from rig.twins.servers import serve_pty, serve_tcp
+from rig.twins.physics.metronome import BACKLOG_S, Metronome
+from rig.twins.serving.servers import serve_pty, serve_tcp
 from rig.twins.vn100 import Vn100Twin
 
 

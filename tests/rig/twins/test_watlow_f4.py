@@ -9,7 +9,7 @@ from pymodbus import FramerType
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 
 from rig.clock import Clock, SystemClock
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 from rig.twins.watlow_f4 import WatlowF4Twin
 
 FRAMES = {

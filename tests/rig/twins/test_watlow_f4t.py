@@ -9,7 +9,7 @@ from pyModbusTCP.client import ModbusClient
 
 from rig.clock import SystemClock
 from rig.twins.modbus_slave import ModbusSlave
-from rig.twins.servers import serve_tcp
+from rig.twins.serving.servers import serve_tcp
 from rig.twins.watlow_f4t import WatlowF4TTwin
 
 
@@ -124,7 +124,7 @@ def test_pymodbustcp_reads_and_writes() -> None:
 
 
 def test_minimalmodbus_reads_and_writes() -> None:
-    from rig.twins.servers import serve_pty
+    from rig.twins.serving.servers import serve_pty
 
     room = Room()
     with serve_pty(ModbusSlave(WatlowF4TTwin("air", room)), SystemClock()) as server:

@@ -10,7 +10,7 @@ from motion_bench import motion_bench
 from zaber_motion.ascii import Connection
 
 from rig.clock import Clock, ScaledClock
-from rig.twins.servers import TwinServer, serve_pty, serve_tcp
+from rig.twins.serving.servers import TwinServer, serve_pty, serve_tcp
 from rig.twins.zaber import ZaberTwin
 
 

@@ -13,7 +13,7 @@ from solved_sets import gyro_set, tp_set
 from ams.exports.formats import export_set
 from ams.sets.coefficients import CoefficientSet
 from procedures.cli.attitude.rig_stream import StreamRows
-from rig.devices.abilities import StreamBlock, StreamGap
+from rig.abilities.abilities import StreamBlock, StreamGap
 from rig.lines.lock import acquire
 
 RIG = Path(__file__).parents[4] / "examples" / "servo-mechanism" / "rig.toml"

@@ -11,7 +11,7 @@ from small_run import Bench, bench, dwells_of
 from procedures.solution.type_b import standard_uncertainty_arcsec, table_in_words
 from rig.assembly.prove import prove
 from rig.description.read import read_rig
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 DIALECT = ROOT / "examples" / "inclinometer" / "full-circle.toml"
 WITH_ONE = (

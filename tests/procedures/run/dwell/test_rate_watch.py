@@ -6,7 +6,7 @@ import pytest
 from ams.arrays import FloatArray
 from procedures.plan.steps import Turn
 from procedures.run.dwell.turning import LOOK_S, Measured, RateWatch, mean_of_sweeps
-from rig.devices.abilities import TurnLook
+from rig.abilities.abilities import TurnLook
 from rig.errors import DeviceFault
 
 ASKED_DPS = 40.0

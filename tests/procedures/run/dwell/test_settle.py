@@ -7,8 +7,8 @@ from journals import START_UTC
 from procedures.description.dwell_settings import Settle
 from procedures.run.dwell.settle import FALSE_ALARM, Window, is_at_rest, readings_per_window, settle
 from procedures.statistics import has_slope, median_variance_ratio, small_variance_ratio, t_limit
+from rig.abilities.abilities import Burst, Wait
 from rig.clock import VirtualClock
-from rig.devices.abilities import Burst, Wait
 
 
 class Creeping:

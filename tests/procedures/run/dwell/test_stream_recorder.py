@@ -15,8 +15,8 @@ from rig.errors import DeviceSilent
 from rig.link.faults import drop
 from rig.link.ports import open_stream
 from rig.twins.csv_imu import CsvImuTwin
-from rig.twins.imu import Motion
-from rig.twins.servers import serve_tcp
+from rig.twins.physics.imu import Motion
+from rig.twins.serving.servers import serve_tcp
 from rig.wire.csv_rows import RowShape
 
 

@@ -13,8 +13,8 @@ from procedures.journal.spool import Spool
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
+from rig.abilities.abilities import Burst, Readout, Wait
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import Burst, Readout, Wait
 from rig.errors import DescriptionError, DeviceNonsense
 
 METER = '[readouts.{name}]\ndriver = "hp3458a"\nresource = "twin"\nnplc = 1\n'

@@ -15,8 +15,8 @@ from procedures.run.dwell.measure import Announcement
 from procedures.run.dwell.stream_recorder import Recorder
 from procedures.run.dwell.turning import LOOK_S, SPARE_TURNS, stop_and_see, turn
 from rig.assembly.open_rig import open_rig
+from rig.cables.cable import TurningAxis
 from rig.description.fault_plan import FaultPlan, FaultRule
-from rig.devices.cable import TurningAxis
 from rig.errors import RequestRefused, WaitEnded
 from rig.motion.move import home_and_arrive
 from rig.twins.csv_imu import CsvImuTwin

@@ -17,11 +17,11 @@ from procedures.run.judgement.run_limits import run_limits_of
 from procedures.run.resume import resume_on
 from procedures.run.services import RunServices
 from procedures.run.watch.disk_space import MB, needed_bytes
+from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import open_rig
 from rig.clock import VirtualClock
-from rig.devices.abilities import Burst
 from rig.errors import DescriptionError
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 AIR = Interlock("environment.air", "°C", 19.0, 21.0, 0.2, 60.0, "hold", "rig file: interlocks.temperature.air")
 CHECKS = "[check]"

@@ -7,7 +7,7 @@ import pytest
 
 from procedures.records.dwells import ChannelReading, Look, Measurement, NoiseReference
 from procedures.run.judgement.judge import Band, Limits, judge
-from rig.devices.abilities import AxisState
+from rig.abilities.abilities import AxisState
 
 SIGMA_V = 2e-5
 HERE = AxisState(position_deg=10.0, is_moving=False, is_homed=True, is_seated=True, fault="")

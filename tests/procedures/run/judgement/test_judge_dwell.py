@@ -8,8 +8,8 @@ import pytest
 from procedures.plan.steps import Dwell, Rest, Turn
 from procedures.records.dwells import ChannelReading, Look, Measurement, MotionRecord, NoiseReference, StreamTiming
 from procedures.run.judgement.judge import Limits, judge_dwell
+from rig.abilities.abilities import AxisState
 from rig.description.rig_file import AttitudeReference
-from rig.devices.abilities import AxisState
 
 STREAM = StreamTiming("imu", 60, 1.0, 1e-3, 0.0, 1e-6, missing=0, doubled=0, doubtful=0, first_gap="")
 TURN = Turn("roll", 40.0, 9.0, 1, None, 0, 0.02)

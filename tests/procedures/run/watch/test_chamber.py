@@ -11,7 +11,7 @@ from unattended_run import UnattendedRun, events, run_unattended
 from procedures.records.states import State
 from rig.devices.watlow_f4 import WatlowF4
 from rig.errors import DeviceNonsense
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 PLATEAU = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 60.0\n[check]"
 

@@ -17,9 +17,9 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.run.ending import Outcome
 from procedures.run.watch.meter_checks import MeterWatch
+from rig.abilities.abilities import Wait
+from rig.abilities.self_checking import MeterLook, MeterProof
 from rig.clock import VirtualClock
-from rig.devices.abilities import Wait
-from rig.devices.self_checking import MeterLook, MeterProof
 
 METER = 'resource = "twin"\nnplc = 1\n'
 CHECKS = "checks = { short_scanner = 5, short_limit_v = 1e-6, reference_scanner = 6, reference_v = 1.0, "

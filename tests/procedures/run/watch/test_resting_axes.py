@@ -12,9 +12,9 @@ from procedures.errors import ExitStatus, RequestError
 from procedures.journal.status import status
 from procedures.records.states import State
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.open_rig import Rig, open_rig
-from rig.devices.abilities import AxisState, Burst
-from rig.twins.world import World
+from rig.twins.physics.world import World
 
 
 @pytest.fixture(scope="module")

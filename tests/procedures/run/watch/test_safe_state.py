@@ -16,7 +16,7 @@ from procedures.journal.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.run.watch.safe_state import Safe
-from rig.devices.abilities import AxisState, Environment
+from rig.abilities.abilities import AxisState, Environment
 from rig.errors import DeviceFault
 
 PLATEAU = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 60.0\n{end}[check]"

@@ -13,8 +13,8 @@ from procedures.records.states import State
 from procedures.report.conditions import condition_sections
 from procedures.run.begin import begin
 from procedures.run.resume import resume_on
+from rig.abilities.abilities import Watchdog
 from rig.assembly.open_rig import open_rig
-from rig.devices.abilities import Watchdog
 
 TABLE = 'driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\n'
 AZ = 'driver = "oriental-az"\nport = "twin"\nstep_deg = 0.001\nwatchdog_s = 4.0\n'
