@@ -5,6 +5,7 @@ since its first allocation fails, keeps whoever started it for ever: nothing tha
 started while one moves, may be started so. Locks of the interpreter need no memory to be taken and given back.
 """
 
+import _thread
 from _thread import LockType, allocate_lock, start_new_thread
 from collections.abc import Callable, Sequence
 
@@ -83,6 +84,13 @@ class BegunThread:
         return True
 
 
+def begun(work: Callable[[], object], name: str) -> BegunThread:
+    """Return a piece of work that a thread of its own does. Raises: MemoryError where none can be had."""
+    piece = BegunThread(work, name)
+    piece.begin()
+    return piece
+
+
 def at_once(works: Sequence[Callable[[], object]], within_s: float, name: str) -> list[bool]:
     """Do every work at once, each in a thread of its own; return which are done within that time, of each.
 
@@ -99,6 +107,11 @@ def at_once(works: Sequence[Callable[[], object]], within_s: float, name: str) -
     clock = SystemClock()
     until_s = clock.monotonic_s() + within_s
     return [piece.join(max(until_s - clock.monotonic_s(), 0.0)) and piece.is_done for piece in pieces]
+
+
+def thread_count() -> int:
+    """Return how many threads of Python this process has, those included that :mod:`threading` knows nothing of."""
+    return _thread._count() + 1  # it leaves out the first
 
 
 def _done(work: Callable[[], object]) -> bool:

@@ -3,8 +3,8 @@
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from threading import Thread
 
 from procedures.alerts.channels import (
     Message,
@@ -16,8 +16,8 @@ from procedures.alerts.channels import (
     without_secrets,
 )
 from procedures.alerts.settings import AlertSettings, Escalation, alerts_file, read_alerts
-from rig.clock import Clock
 from rig.errors import DescriptionError
+from rig.threads import at_once
 from rig.toml_file import KeyPath, read_toml
 
 
@@ -81,10 +81,10 @@ def usable_alerts(path: Path | None) -> AlertSettings | None:
     return settings
 
 
-def try_ways(settings: AlertSettings, message: Message, clock: Clock) -> list[tuple[Way, str]]:
+def try_ways(settings: AlertSettings, message: Message) -> list[tuple[Way, str]]:
     """Send a message by every way at once; each with why it did not get out, empty where it did.
 
-    It takes ``deadline_s`` of the settings and a second at most.
+    It takes ``deadline_s`` of the settings and a second at most; for each way, where no thread can be had.
     """
     ways = list(ways_of(settings))
     failures = dict.fromkeys(range(len(ways)), f"no answer within {settings.deadline_s:g} s")
@@ -95,11 +95,9 @@ def try_ways(settings: AlertSettings, message: Message, clock: Clock) -> list[tu
             failures[index] = ""
         except NotDelivered as error:
             failures[index] = without_secrets(str(error), settings.secrets)
+        except MemoryError:
+            failures[index] = "no memory is left"
 
-    threads = [Thread(target=send, args=(index,), daemon=True) for index in range(len(ways))]
-    for thread in threads:
-        thread.start()
-    ends_s = clock.monotonic_s() + settings.deadline_s + 1.0  # a command that hangs says so itself
-    for thread in threads:
-        thread.join(max(ends_s - clock.monotonic_s(), 0.0))
+    within_s = settings.deadline_s + 1.0  # a command that hangs says so itself
+    at_once([partial(send, index) for index in range(len(ways))], within_s, "a trial")
     return [(way, failures[index]) for index, way in enumerate(ways)]

@@ -1,6 +1,7 @@
 """How an alert gets out: a local command, apprise, a heartbeat. Each call may block; the dispatcher gives it time."""
 
 import difflib
+import errno
 import re
 import subprocess
 import urllib.request
@@ -9,9 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from procedures.alerts.settings import is_web
+from rig.clock import SystemClock
 
 SHORTEST_SECRET = 6
 """Letters; what is shorter is a word that would be found everywhere."""
+AGAIN_S = 0.5
+"""Between two attempts to begin a process that the system has no room for now."""
+_NO_ROOM = (errno.EAGAIN, errno.ENOMEM)
 
 
 class NotDelivered(Exception):
@@ -29,19 +34,34 @@ class Message:
 def by_command(command: Sequence[str], message: Message, deadline_s: float) -> None:
     """Give a message to the user's own command on its standard input, in UTF-8 whatever the locale is.
 
+    Where the system has no room for another process now, it is asked again until the deadline.
+
     Raises: NotDelivered.
     """
+    clock = SystemClock()
+    ends_s = clock.monotonic_s() + deadline_s
     try:
-        done = subprocess.run(  # noqa: S603  the user's own command, without a shell
-            list(command), input=f"{message.subject}\n\n{message.text}\n", capture_output=True,
-            encoding="utf-8", errors="backslashreplace", timeout=deadline_s, check=False,
-        )  # fmt: skip
+        while (done := _ended(command, message, ends_s - clock.monotonic_s())) is None:
+            clock.sleep(AGAIN_S)
     except subprocess.TimeoutExpired:
         raise NotDelivered(f"command {command[0]}: did not end within {deadline_s:g} s") from None
     except (OSError, ValueError) as error:
         raise NotDelivered(f"command {command[0]}: {getattr(error, 'strerror', None) or error}") from None
     if done.returncode:
         raise NotDelivered(f"command {command[0]}: exit status {done.returncode}: {done.stderr.strip()[:200]}")
+
+
+def _ended(command: Sequence[str], message: Message, left_s: float) -> "subprocess.CompletedProcess[str] | None":
+    """Return what became of the process; None where there was no room for one, and is time for another attempt."""
+    try:
+        return subprocess.run(  # noqa: S603  the user's own command, without a shell
+            list(command), input=f"{message.subject}\n\n{message.text}\n", capture_output=True,
+            encoding="utf-8", errors="backslashreplace", timeout=left_s, check=False,
+        )  # fmt: skip
+    except OSError as error:
+        if error.errno not in _NO_ROOM or left_s <= AGAIN_S:
+            raise
+    return None
 
 
 def by_apprise(urls: Sequence[str], message: Message) -> None:

@@ -1,7 +1,7 @@
 """The dispatcher: hears what a run tells, decides what people should know, and never lets a slow server hold the run.
 
-It is an observer in front of another one. Every message leaves in a thread of its own with a deadline; what became of
-it is handed to the engine at its next look, which journals it. A dead computer cannot ring: the heartbeat goes out
+It is an observer in front of another one. Every message leaves by an outbox that waits for no server; what became of it
+is handed to the engine at its next look, which journals it. A dead computer cannot ring: the heartbeat goes out
 only while the engine looks, so whoever waits for it outside learns of a hung or dead run.
 
 An alarm (whatever stands still though nobody asked for it) is told again until somebody acknowledges it, says
@@ -12,20 +12,18 @@ people: who was woken need not come. A run that has ended cannot ring by itself,
 
 import shlex
 import socket
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from functools import partial
 
-from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command, without_secrets
+from procedures.alerts.channels import Message, beat, by_apprise, by_command
+from procedures.alerts.outbox import HEARTBEAT, Outbox
 from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.records.progress import AT_REST, LEASE, LEASE_LOST, Progress, RunObserver, SilentObserver, line_of
 from procedures.records.states import State, is_unasked
 from rig.clock import Clock
 from rig.local_time import at_both
 from rig.plain_text import one_line
-from rig.threads import BegunThread
 
 ALERTED_STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.ABORTED, State.INTERRUPTED)
 """At once. That a run has finished is told when it is known what it came to: :meth:`AlertDispatcher.tell_end`."""
@@ -35,8 +33,6 @@ OF_EVENTS = {
     "chamber": "a chamber tells an alarm",
     AT_REST: "found while it stands still",
 }
-MOST_UNDER_WAY = 8
-"""Threads that wait for a server at once; more are not started and said to be lost."""
 _NO_RUN = "RUN"
 RING_S = 1.0
 """Between two looks whether an alarm of a run that has ended was acknowledged."""
@@ -100,9 +96,14 @@ class AlertDispatcher:
         self._progress_s = self._beat_s = clock.monotonic_s()
         # The first heartbeat is due at once: from then on its absence means something to whoever waits for it.
         self._beat_s -= settings.heartbeat_every_s
-        self._threads: list[BegunThread] = []
-        self._outcomes: deque[Mapping[str, object]] = deque()
-        self._last_failure = ""
+        self._outbox = Outbox(clock, settings.deadline_s, settings.secrets)
+
+    def stand_by(self) -> None:
+        """Get ready, while there are threads to be had, to tell people when there are none any more; until closed.
+
+        Raises: MemoryError where none can be had now.
+        """
+        self._outbox.stand_by()
 
     def on_event(self, progress: Progress) -> None:
         """People first, the screen second: it may be gone."""
@@ -172,13 +173,13 @@ class AlertDispatcher:
         if settings.heartbeat is not None and now_s - self._beat_s >= settings.heartbeat_every_s:
             self._beat_s = now_s
             target, deadline_s = settings.heartbeat, settings.deadline_s
-            self._send("heartbeat", lambda: beat(target, deadline_s))
+            self._outbox.send(HEARTBEAT, lambda: beat(target, deadline_s))
         if settings.every_h is not None and now_s - self._progress_s >= settings.every_h * 3600.0 and self._last:
             self._progress_s = now_s
             self._post(Message(f"calrig: {self._title}: {self._last.state}", self._text(self._last)))
         for alarm in self._alarms.values():
             self._ring(alarm, now_s)
-        return self._taken()
+        return self._outbox.outcomes()
 
     def ring_out(self, is_acknowledged: Callable[[], bool]) -> Sequence[Mapping[str, object]]:
         """Go on for a run that has ended in an alarm, until it is acknowledged or others were told; nothing to do
@@ -192,6 +193,7 @@ class AlertDispatcher:
                 break
             self._clock.sleep(RING_S)
             self._ring(alarm, self._clock.monotonic_s())
+            self._outbox.deliver_here()
         return self.close()
 
     def _ring(self, alarm: _Alarm, now_s: float) -> None:
@@ -214,14 +216,11 @@ class AlertDispatcher:
             self._know_of(alarm.progress, do_others_know=True)
 
     def close(self) -> Sequence[Mapping[str, object]]:
-        """Wait for what is under way, at most its deadline; what became of it."""
-        ends_s = self._clock.monotonic_s() + self._settings.deadline_s
-        for thread in self._threads:
-            thread.join(max(ends_s - self._clock.monotonic_s(), 0.0))
-        return self._taken()
-
-    def _taken(self) -> list[Mapping[str, object]]:
-        return [self._outcomes.popleft() for _ in range(len(self._outcomes))]
+        """Deliver what no thread was to be had for, and wait for what is under way, at most its deadline; what became
+        of it.
+        """
+        self._outbox.close()
+        return self._outbox.outcomes()
 
     def _tell(self, message: Message, reason: str) -> bool:
         """Post a message unless the same was posted for the same reason a short time ago; returns whether it was."""
@@ -241,32 +240,9 @@ class AlertDispatcher:
         message = Message(message.subject, f"{message.text}\n{self._bench_sentence}")
         deadline_s = self._settings.deadline_s
         if whom.command:
-            self._send(message.subject, lambda: by_command(whom.command, message, deadline_s))
+            self._outbox.send(message.subject, lambda: by_command(whom.command, message, deadline_s))
         if whom.urls:
-            self._send(message.subject, lambda: by_apprise(whom.urls, message))
-
-    def _send(self, what: str, deliver: Callable[[], None]) -> None:
-        self._threads = [thread for thread in self._threads if thread.is_alive]
-        if len(self._threads) >= MOST_UNDER_WAY:
-            self._note(what, f"{MOST_UNDER_WAY} messages are under way already; this one was not sent")
-            return
-        thread = BegunThread(partial(self._delivered, what, deliver), f"the message {what!r}")
-        try:
-            thread.begin()
-        except MemoryError as error:
-            self._note(what, str(error))
-            return
-        self._threads.append(thread)
-
-    def _delivered(self, what: str, deliver: Callable[[], None]) -> None:
-        try:
-            deliver()
-        except NotDelivered as error:
-            self._note(what, str(error))
-        except Exception as error:  # noqa: BLE001  the rim of a thread: whatever a service does, the run goes on
-            self._note(what, f"{type(error).__name__}: {error}")
-        else:
-            self._note(what, "")
+            self._outbox.send(message.subject, lambda: by_apprise(whom.urls, message))
 
     @property
     def _ack(self) -> str:
@@ -291,15 +267,6 @@ class AlertDispatcher:
         moved = f"Since {since}. {progress.motion or waits}".rstrip()
         first = f"\nWhat to do: {to_do}" if to_do else ""
         return f"{line_of(progress)}\n{moved}{first}\nThe folder {self._run} holds why.txt and why.html{elsewhere}."
-
-    def _note(self, what: str, failure: str) -> None:
-        """Good heartbeats are not journalled, and a failure that repeats only once."""
-        is_beat = what == "heartbeat"
-        if is_beat and failure == self._last_failure:
-            return
-        if is_beat:
-            self._last_failure = failure
-        self._outcomes.append({"what": what, "failed": without_secrets(failure, self._settings.secrets)})
 
 
 def bench_sentence(rig: str) -> str:

@@ -66,6 +66,8 @@ def sentence_of(error: BaseException) -> str:
         return f"{error.filename}: {error.strerror}"
     if isinstance(error, OSError) and error.strerror:
         return f"the system refused: {error.strerror}"
+    if isinstance(error, MemoryError):
+        return f"{error or 'no memory is left'}; end other programs, or raise what this account or unit may have"
     whom = "" if is_ours(error) else " to whoever made it"
     return f"this is {defect_text(error)}; please send {_write_report(error)}{whom}"
 

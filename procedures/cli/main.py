@@ -15,6 +15,7 @@ from procedures.cli.standard_streams import open_closed_streams
 from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
+from rig.threads import begun
 
 PLACEHOLDERS = frozenset({"NAME", "TEXT", "REASON"})
 """What stands in printed commands for the words of a person; nobody is called so, and nothing is reason by it."""
@@ -144,6 +145,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def run_command(arguments: Sequence[str]) -> int:
     """Run one command; every error becomes a sentence on standard error and a status."""
     _speak_utf8()
+    _spare_threads()
     try:
         with logged(arguments):
             status = _run_command(arguments)
@@ -152,6 +154,14 @@ def run_command(arguments: Sequence[str]) -> int:
     except ProcedureError as error:  # a setting of the log itself
         tell(error)
         return status_of(error)
+
+
+def _spare_threads() -> None:
+    """Where no thread can be had, have the linear algebra begin none: it would interrupt this process when loaded."""
+    try:
+        begun(lambda: None, "the linear algebra")
+    except MemoryError:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _run_command(arguments: Sequence[str]) -> int:

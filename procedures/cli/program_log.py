@@ -24,7 +24,7 @@ from platformdirs import user_log_path
 from procedures.errors import RequestError
 from procedures.records.progress import Progress, RunObserver, line_of
 from rig.plain_text import one_line
-from rig.threads import BegunThread
+from rig.threads import begun
 
 FILE, FORM, LEVEL = "CALRIG_LOG", "CALRIG_LOG_FORMAT", "CALRIG_LOG_LEVEL"
 """Environment variables: a file or ``off``; ``text`` or ``json``; ``debug``, ``info``, ``warning`` or ``error``."""
@@ -63,10 +63,8 @@ def logged(arguments: Sequence[str], environment: Mapping[str, str] = os.environ
         for handler in _queued_handlers():
             _LOG.removeHandler(handler)
             handler.close()
-        closing = BegunThread(partial(_closed, listener), "the end of the log")
         with suppress(MemoryError):  # the words of the command are worth more
-            closing.begin()
-            closing.join(CLOSING_S)
+            begun(partial(_closed, listener), "the end of the log").join(CLOSING_S)
 
 
 def tell(what: str, message: str, level: str = "info") -> None:
@@ -103,8 +101,11 @@ def _begun(environment: Mapping[str, str]) -> QueueListener | None:
     )
     file.setFormatter(form())
     lines: Queue[logging.LogRecord] = Queue(MOST_WAITING)
-    listener = QueueListener(lines, file)
-    listener.start()
+    listener = _Listener(lines, file)
+    try:
+        listener.start()
+    except MemoryError:  # the words of the command are worth more
+        return None
     _LOG.setLevel(level)
     _LOG.propagate = False
     _LOG.addHandler(_QueuedHandler(lines))
@@ -130,6 +131,22 @@ def _closed(listener: QueueListener) -> None:
         listener.stop()
         for file in listener.handlers:
             file.close()
+
+
+class _Listener(QueueListener):
+    """Writes in a thread that is known to have begun."""
+
+    def start(self) -> None:
+        """Begin. Raises: MemoryError where no thread can be had."""
+        self._writer = begun(self._write, "the log")
+
+    def stop(self) -> None:
+        self.enqueue_sentinel()
+        self._writer.join()
+
+    def _write(self) -> None:
+        while (line := self.dequeue(block=True)) is not None:
+            self.handle(line)
 
 
 class _QueuedHandler(QueueHandler):

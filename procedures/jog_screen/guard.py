@@ -7,14 +7,14 @@ each in a thread of its own, so that a silent line keeps no other axis from its 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from threading import Event, Lock, Thread
+from threading import Event, Lock
 
 from procedures.jog_screen.lease import PAGE, TERMINAL, MotionLease
 from procedures.jog_screen.values import AT_TERMINAL, Asker
 from rig.abilities.abilities import Axis
 from rig.clock import Clock
 from rig.errors import RigError
-from rig.threads import HAND_OVER_S, BegunThread
+from rig.threads import HAND_OVER_S, BegunThread, begun
 
 LOOK_S = 0.03
 _AGAIN_S = 0.5
@@ -55,10 +55,11 @@ class Guard:
         self._lost = ""
         self._lock = Lock()
         self._bell, self._closing = Event(), Event()
-        self._thread = Thread(target=self._watch, name="jog-guard", daemon=True)
+        self._watching: BegunThread | None = None
 
     def start(self) -> None:
-        self._thread.start()
+        """Begin to watch. Raises: MemoryError where no thread can be had: then nobody may move anything."""
+        self._watching = begun(self._watch, "the guard of the bench")
 
     @property
     def is_stopping(self) -> bool:
@@ -147,8 +148,8 @@ class Guard:
     def close(self) -> None:
         self._closing.set()
         self._bell.set()
-        if self._thread.is_alive():
-            self._thread.join()
+        if self._watching is not None:
+            self._watching.join()
 
     def _watch(self) -> None:
         while not self._closing.is_set():

@@ -7,8 +7,9 @@ turning: leases are kept here, and when the orders end, every axis is stopped.
 import json
 import signal
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 from types import FrameType
 from typing import IO, Any
 
@@ -24,6 +25,7 @@ from rig.assembly.open_rig import Rig
 from rig.clock import SystemClock
 from rig.motion.jog import in_doubt_in_words
 from rig.system_parts import present
+from rig.threads import begun
 
 TICK_S = 0.05
 VIEW_EVERY = 4
@@ -50,7 +52,6 @@ def jog_for_pages(
     actions = ActionLog(log, clock)
     bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
     control, ended = Control(bench, clock), Event()
-    Thread(target=leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
 
     def lost(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
         bench.guard.lose(f"{signal.Signals(number).name}: the session was ended")
@@ -58,8 +59,9 @@ def jog_for_pages(
     for number in _LOST:
         signal.signal(number, lost)
     try:
+        begun(partial(leave_anyway, bench, ended), "the end of the bench")
         bench.start()
-        Thread(target=_hear, args=(orders, control, bench), name="jog-orders", daemon=True).start()
+        begun(partial(_hear, orders, control, bench), "the orders of the console")
         _tell(out, control, bench, clock)
     finally:
         bench.close()

@@ -1,7 +1,8 @@
 """A session at the jog screen, from the open rig to axes that stand still."""
 
+from functools import partial
 from pathlib import Path
-from threading import Event, Thread
+from threading import Event
 
 from procedures.errors import ExitStatus
 from procedures.jog_screen.app import JogApp, is_hung_up
@@ -13,6 +14,7 @@ from procedures.jog_screen.worker import Bench
 from rig.assembly.open_rig import Rig
 from rig.clock import ScaledClock, SystemClock
 from rig.lines.lock import owner_of
+from rig.threads import begun
 
 
 def jog_on_screen(
@@ -23,9 +25,9 @@ def jog_on_screen(
     actions = ActionLog(log, clock)
     bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
     ended = Event()
-    Thread(target=leave_anyway, args=(bench, ended), name="jog-leave", daemon=True).start()
     app = JogApp(bench, _heading(rig, rig_file, log))
     try:
+        begun(partial(leave_anyway, bench, ended), "the end of the screen")
         app.heed_signals()
         app.run()
         if is_hung_up():

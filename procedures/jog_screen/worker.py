@@ -7,7 +7,6 @@ does not queue: the guard sends it at once, this thread leaves what it does at i
 from contextlib import suppress
 from dataclasses import replace
 from queue import Empty, SimpleQueue
-from threading import Thread
 
 from procedures.errors import ProcedureError
 from procedures.jog_screen.guard import Guard
@@ -38,6 +37,7 @@ from rig.defects import defect_text
 from rig.errors import DeviceFault, LinkLost, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
 from rig.motion.move import stop_all
+from rig.threads import BegunThread, begun
 
 SHOWN_LINES = 200
 _IDLE_S, _RECONNECT_S = 0.05, 2.0
@@ -79,12 +79,11 @@ class Bench:
         self._polling = Polling(rig, self.guard, clock, inferred, lambda text: self._tell("failed", text))
         self.guard.why_stop = lambda: self._polling.why_unseen() or rig.why_stop()
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
-        self._thread = Thread(target=self._run, name="jog-bench", daemon=True)
+        self._at_work: BegunThread | None = None
         self._seen = BenchView((), (), ())
         """Replaced whole."""
         self._seen_s = clock.monotonic_s()
         self._publish()
-        self.guard.start()
 
     @property
     def view(self) -> BenchView:
@@ -92,15 +91,16 @@ class Bench:
         return replace(self._seen, is_stopping=self.guard.is_stopping, waits_for=self._waits_for())
 
     def start(self) -> None:
+        self.guard.start()
         self._rig.prepare_to_move()
         self._log.write("begin", rig=self._rig.description.rig.name, identities=self._identities)
-        self._thread.start()
+        self._at_work = begun(self._run, "the bench")
 
     def close(self) -> None:
         """Stop every axis, see it stand, end both threads. The rig stays open."""
         self._is_closing = True
-        if self._thread.is_alive():
-            self._thread.join()
+        if self._at_work is not None:
+            self._at_work.join()
         self.guard.close()
         self._write_down()
         self._log.write("end", lost=self.guard.lost)
@@ -160,7 +160,7 @@ class Bench:
 
     def _waits_for(self) -> str:
         late_s = self._clock.monotonic_s() - self._seen_s
-        if late_s < _LATE_S or not self._thread.is_alive():
+        if late_s < _LATE_S or self._at_work is None or not self._at_work.is_alive:
             return ""
         if late_s < _SILENT_S:
             return f"waiting for {self._polling.awaited}, {late_s:.1f} s: values are older, stop works"

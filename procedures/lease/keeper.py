@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from platform import node
-from threading import Event, Lock, Thread
+from threading import Event, Lock
 from uuid import uuid4
 
 from ams.archive.leases import Claim, Holder, Lease, claim, held, release
@@ -22,11 +22,15 @@ from rig.clock import Clock, SystemClock
 from rig.errors import RigBusy
 from rig.lines.lock import account, folder_of_locks
 from rig.local_time import at_both
+from rig.threads import BegunThread, begun
 
 LAPSES_S, RENEWED_S = 120.0, 30.0
 """How long a lease outlives its holder, and how often it is renewed."""
 GIVEN_BACK_S = 10.0
 """So long the end of a command waits for a database that does not answer; the lease lapses by itself."""
+
+
+NO_MEMORY = "no memory is left to ask it"
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,10 +117,12 @@ class LeaseKeeper:
         self._news: deque[LeaseNews] = deque()
         self._turn = Lock()
         self._awake, self._ends = Event(), Event()
-        self._thread: Thread | None = None
+        self._thread: BegunThread | None = None
 
     def claim(self, resources: Sequence[str]) -> None:
-        """Take the leases, all or none, beside those that are held. Raises: RigBusy telling who has one.
+        """Take the leases, all or none, beside those that are held.
+
+        Raises: RigBusy telling who has one; MemoryError where no thread can be had that keeps them: none is taken then.
 
         A database that does not answer refuses nothing: it is told that nothing guards, and asked again and again.
         """
@@ -136,8 +142,11 @@ class LeaseKeeper:
         with self._turn:
             self._resources = tuple(sorted({*self._resources, *resources}))
         if self._thread is None:
-            self._thread = Thread(target=self._keep, name="lease", daemon=True)
-            self._thread.start()
+            try:
+                self._thread = begun(self._keep, f"the lease of {_names(resources)}, which nobody would keep")
+            except MemoryError:  # whoever is refused opens nothing, and another computer need not wait for him
+                self._give_back()
+                raise
 
     def belongs_to(self, purpose: str) -> None:
         """From now on others read that the devices are for this."""
@@ -164,8 +173,7 @@ class LeaseKeeper:
             return
         self._ends.set()
         self._awake.set()
-        self._thread.join(GIVEN_BACK_S)
-        if self._thread.is_alive() or self._failure:
+        if not self._thread.join(GIVEN_BACK_S) or self._failure:
             self._tell(
                 f"the lease of {_names(self._resources)} could not be given back; it lapses by itself:"
                 f" {self._failure or 'the database of the archive does not answer'}"
@@ -177,12 +185,17 @@ class LeaseKeeper:
             self._awake.clear()
             if not self._ends.is_set():
                 self.renew()
+        self._give_back()
+
+    def _give_back(self) -> None:
         assert self._archive_url is not None
         self._failure = ""
         try:
             release(self._archive_url, self._holder.token)
         except ArchiveError as error:
             self._failure = str(error)
+        except MemoryError:
+            self._failure = NO_MEMORY
 
     def renew(self) -> None:
         """Ask the database once for all that is held; what it says is told by :meth:`news`."""
@@ -192,6 +205,9 @@ class LeaseKeeper:
             found = self._ask(resources)
         except ArchiveError as error:
             self._failure = str(error)
+            return
+        except MemoryError:  # it is asked again, while the lease lapses and is said to
+            self._failure = NO_MEMORY
             return
         with self._turn:
             self._failure = ""

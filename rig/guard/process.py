@@ -49,6 +49,8 @@ TIMES, AGAIN_S = 3, 0.15
 """Stops are told again: the first may run into what the engine was just writing."""
 AIMS = 6
 """Questions to servos of one line that :meth:`Guard.aim_servos` waits for."""
+MOST_DESCRIPTORS = 4096
+"""More than an engine's lines are."""
 ENDED_S = 2.0
 """So long a process may take to be gone when it was killed."""
 DEFECT = "it had every axis stopped before, since it met a defect or had no memory left"
@@ -243,15 +245,20 @@ class Guard:
             "moving": moving,
             "axes": outcomes,
         }
-        self.ring(document)
+        has_rung = self.ring(document)
         if moving or why.startswith(UNENDED):
             self.write_record(document)
+        if not has_rung and os.getppid() != self.engine:  # an engine that lives would wait for it, and tells people
+            self.ring_as_this_process(document)
 
-    def ring(self, document: dict[str, Any]) -> None:
-        """Have people told, in a process that outlives this one and before a disk is asked, which may be the cause."""
+    def ring(self, document: dict[str, Any]) -> bool:
+        """Have people told, in a process that outlives this one and before a disk is asked, which may be the cause.
+
+        Return False where the system has no room for another process.
+        """
         if self.start["ring"]:
             step_back()
-            with suppress(OSError):
+            try:
                 subprocess.Popen(  # noqa: S603  the engine's own command
                     [*self.start["ring"], json.dumps(document)],
                     stdin=subprocess.DEVNULL,
@@ -259,6 +266,16 @@ class Guard:
                     stderr=subprocess.DEVNULL,
                     start_new_session=True,
                 )
+            except OSError:
+                return False
+        return True
+
+    def ring_as_this_process(self, document: dict[str, Any]) -> None:
+        """Become the process that tells people: nothing else is left to do here, and the lines are given back."""
+        self.close()
+        os.closerange(3, MOST_DESCRIPTORS)
+        with suppress(OSError):
+            os.execv(self.start["ring"][0], [*self.start["ring"], json.dumps(document)])  # noqa: S606  as above
 
     def write_record(self, document: dict[str, Any]) -> None:
         partial = f"{self.record}.partial"

@@ -9,7 +9,6 @@ from procedures.alerts.settings import alerts_file
 from procedures.cli.options import Flag, Json
 from procedures.cli.output import print_json, say
 from procedures.errors import ExitStatus, RequestError
-from rig.clock import SystemClock
 
 TRIAL = Message(
     "calrig: a trial of the alerts",
@@ -35,7 +34,7 @@ def alerts(file: Path | None = None, /, *, test: Flag = False, json: Json = Fals
     named = alerts_file(file)
     if named is None or (settings := usable_alerts(named)) is None:
         raise RequestError("alerts: no file is named, and the user's own is not there; nobody is told; give FILE")
-    tried = try_ways(settings, TRIAL, SystemClock()) if test else [(way, "") for way in ways_of(settings)]
+    tried = try_ways(settings, TRIAL) if test else [(way, "") for way in ways_of(settings)]
     has_failed = any(failure for _, failure in tried)
     if json:
         ways = [

@@ -119,6 +119,7 @@ def _dispatcher_and_pulse(
         settings or AlertSettings(), opening.title, SystemClock(), screen, anywhere, str(folder), opening.rig,
         advice_of(anywhere),
     )  # fmt: skip
+    dispatcher.stand_by()
     opened.callback(lambda: _tell_last(run, dispatcher.close()))
     first: list[Mapping[str, object]] = [{"what": "inhibitor", "failed": refusal}]
 

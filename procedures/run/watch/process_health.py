@@ -5,10 +5,11 @@ can be resumed at once, by a fresh one.
 """
 
 import os
-import threading
 from collections.abc import Mapping
 
 from psutil import Process
+
+from rig.threads import thread_count
 
 PROCESS_EVERY = 100
 """Judged dwells between two looks."""
@@ -19,7 +20,7 @@ def process_figures() -> dict[str, float]:
     """Return resident memory in MB, open files (Windows: handles), threads."""
     process = Process()
     return {
-        "threads": threading.active_count(),
+        "threads": thread_count(),
         "resident_mb": round(process.memory_info().rss / 1e6, 2),
         "open_files": getattr(process, "num_handles" if os.name == "nt" else "num_fds")(),
     }

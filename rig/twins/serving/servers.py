@@ -4,10 +4,10 @@ import selectors
 import socket
 from collections.abc import Sequence
 from contextlib import suppress
-from threading import Thread
 from types import TracebackType
 
 from rig.clock import WAIT_SLICE_S, Clock
+from rig.threads import BegunThread
 from rig.twins.serving.ports import Port, PtyPort, TcpPort
 from rig.twins.twin import Twin
 
@@ -27,14 +27,18 @@ class TwinServer:
         """Rig seconds in a second of the machine."""
         self._selector = selectors.DefaultSelector()
         self._bell, self._ringer = socket.socketpair()
-        self._thread = Thread(target=self._serve, name="twins", daemon=True)
+        self._serving = BegunThread(self._serve, "the twins")
         self.failure: BaseException | None = None
         """What ended the thread, if it was not closed: :meth:`close` raises it."""
         self._selector.register(self._bell, selectors.EVENT_READ, None)
         for port in ports:
             port.register(self._selector)
         self._listening = frozenset(self._selector.get_map())
-        self._thread.start()
+        try:
+            self._serving.begin()
+        except MemoryError:
+            self._free()
+            raise
 
     @property
     def address(self) -> str:
@@ -43,14 +47,14 @@ class TwinServer:
 
     @property
     def is_serving(self) -> bool:
-        return self._thread.is_alive()
+        return self._serving.is_alive
 
     def close(self) -> None:
         """Stop serving and free the ports; closing twice is harmless. Raises what a twin raised while serving."""
-        if self._thread.is_alive():
+        if self._serving.is_alive:
             with suppress(OSError):  # a twin that failed just now has closed the bell itself
                 self._ringer.send(b"!")
-        self._thread.join()
+        self._serving.join()
         self._ringer.close()
         if self.failure is not None:
             failure, self.failure = self.failure, None
@@ -71,10 +75,13 @@ class TwinServer:
         except Exception as error:  # noqa: BLE001 the thread's rim: told to whoever closes the server
             self.failure = error
         finally:
-            for port in self.ports:
-                port.close()
-            self._selector.close()
-            self._bell.close()
+            self._free()
+
+    def _free(self) -> None:
+        for port in self.ports:
+            port.close()
+        self._selector.close()
+        self._bell.close()
 
     def _turn(self) -> bool:
         """Look at every port once; return False when the server was closed."""

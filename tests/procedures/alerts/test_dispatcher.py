@@ -16,7 +16,8 @@ from small_run import bench
 
 from ams.errors import WriteFailed
 from procedures.alerts.channels import Message, NotDelivered, beat, by_apprise, by_command
-from procedures.alerts.dispatcher import MOST_UNDER_WAY, AlertDispatcher, tell_people
+from procedures.alerts.dispatcher import AlertDispatcher, tell_people
+from procedures.alerts.outbox import MOST_UNDER_WAY
 from procedures.alerts.settings import AlertSettings, Escalation, read_alerts
 from procedures.errors import ExitStatus, StorageFailed
 from procedures.journal.corrections import is_acknowledged
@@ -32,6 +33,7 @@ from rig.errors import DescriptionError
 from rig.local_time import at_both
 
 HOLD = Progress("state", State.HELD, 3, 24, 1, 2, None, None, "environment.air: got 25 °C, allowed 18 to 22 °C")
+PATIENCE_S = 60.0
 ROOT = Path(__file__).parents[3]
 WRITES = "import sys, pathlib; path = pathlib.Path(sys.argv[1]); path.write_text((path.read_text() if path.exists() else '') + sys.stdin.read())"  # noqa: E501
 
@@ -145,8 +147,7 @@ def test_progress_is_told_every_so_many_hours(clock: VirtualClock, tmp_path: Pat
     for _ in range(9):
         clock.sleep(3600.0)
         dispatcher.pulse()
-        for thread in dispatcher._threads:
-            thread.join()
+        dispatcher._outbox.join(lambda: PATIENCE_S)
     assert text.read_text().count("running 4/24") == 2
 
 
@@ -271,8 +272,7 @@ def _let_pass(dispatcher: AlertDispatcher, clock: VirtualClock, minutes: int) ->
     for _ in range(minutes):
         clock.sleep(60.0)
         dispatcher.pulse()
-        for thread in dispatcher._threads:
-            thread.join()
+        dispatcher._outbox.join(lambda: PATIENCE_S)
 
 
 def test_an_alarm_that_nobody_acknowledges_is_told_again_and_then_to_others(

@@ -297,3 +297,40 @@ def test_check_says_what_guards_and_what_does_not(tmp_path: Path) -> None:
     assert guarded == ()
     assert sentence.startswith("192.0.2.7 port 1234: nothing guards against a second computer now: ")
     assert looked(None)[0] == ()
+
+
+def test_a_lease_that_no_thread_would_keep_is_refused_and_not_left_behind(
+    archive: Archive, elsewhere: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would lapse while its holder moves the device, and another computer would move it too."""
+
+    def refused(*_: object) -> int:
+        raise RuntimeError("can't start new thread")
+
+    elsewhere("lab1")
+    with monkeypatch.context() as patched, leased(archive.url, "jog", pytest.fail) as lease:
+        patched.setattr("rig.threads.start_new_thread", refused)
+        with pytest.raises(MemoryError, match=r"for the lease of 192\.0\.2\.7 port 1234, which nobody would keep"):
+            lease.claim([DEVICE])
+    assert held(archive.url, [DEVICE], CLOCK.now_utc()) == ()
+
+
+def test_a_keeper_that_has_no_memory_left_asks_again_and_says_that_the_lease_lapsed(
+    archive: Archive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def starved(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    clock, expected = _Wall(), list[str]()
+    keeper = _keeper(archive, clock, expected)
+    with monkeypatch.context() as patched:
+        patched.setattr("procedures.lease.keeper.claim", starved)
+        keeper.renew()
+        clock.sleep(LAPSES_S)
+        (lapsed,) = keeper.news()
+    assert lapsed.is_lost
+    assert "(no memory is left to ask it)" in lapsed.text
+    keeper.renew()
+    assert [news.is_lost for news in keeper.news()][-1:] == [False]
+    keeper.close()
+    assert not expected

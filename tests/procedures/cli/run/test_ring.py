@@ -33,6 +33,9 @@ FACTOR = 5.0
 NEVER_MIN = 60.0
 LONGEST_S = 60.0
 """For a program to begin on a busy machine."""
+STACK_BYTES, ROOM_BYTES = 1 << 30, 900 << 20
+"""What a thread of a run takes of its addresses, and what else such a run may still take: no thread, and all else."""
+KEEPS_NO_STACKS = {"GLIBC_TUNABLES": "glibc.pthread.stack_cache_size=0"}
 
 
 @dataclass
@@ -54,16 +57,19 @@ class Night:
 
 
 @contextmanager
-def a_night(folder: Path, escalate_after_min: float) -> Iterator[Night]:
+def a_night(folder: Path, escalate_after_min: float, stack_bytes: int | None = None) -> Iterator[Night]:
+    """``stack_bytes``: what every thread of the run takes of its addresses, as ``ulimit -s`` says it."""
     (folder / "twins.toml").write_text(RIG.replace("speed_dps = 180.0", "speed_dps = 45.0"), encoding="utf-8")
     (folder / "procedure.toml").write_text(PROCEDURE, encoding="utf-8")
     with alert_sink() as sink, serve_rig(read_rig(folder / "twins.toml"), ScaledClock(FACTOR)) as served:
         write_rig(folder / "twins.toml", served.addresses, FACTOR, folder / "rig.toml")
         words = ["run", "procedure.toml", "--rig", "rig.toml", "--alerts", "alerts.toml"]
         sink.settings(folder / "alerts.toml", escalate_after_min)
+        stacks = f"ulimit -s {stack_bytes >> 10}; " if stack_bytes else ""
         process = subprocess.Popen(
-            [sys.executable, "-m", "procedures.cli.main", *words],
+            ["sh", "-c", f'{stacks}exec "$0" "$@"', sys.executable, "-m", "procedures.cli.main", *words],
             cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+            env={**os.environ, **KEEPS_NO_STACKS},
         )  # fmt: skip
 
         def is_moving() -> bool:
@@ -126,6 +132,35 @@ def test_a_run_that_is_out_of_open_files_rings_by_its_stop_guard(tmp_path: Path)
         assert "every axis was told to stop" in text
         assert read_guard_record(night.run) is not None
         assert "small grid: interrupted\n" in (night.run / "why.txt").read_text(encoding="utf-8")
+
+
+def _takes_its_threads(pid: int) -> None:
+    """From now on a process begins no thread, and neither does what it starts."""
+    taken = psutil.Process(pid).memory_info().vms
+    resource.prlimit(pid, resource.RLIMIT_AS, (taken + ROOM_BYTES,) * 2)
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="nobody else sets the limits of a process")
+def test_a_run_that_gets_no_thread_any_more_tells_people_of_its_end(tmp_path: Path) -> None:
+    with a_night(tmp_path, NEVER_MIN, STACK_BYTES) as night:
+        _takes_its_threads(night.process.pid)
+        night.process.send_signal(signal.SIGQUIT)
+        assert until(lambda: night.process.poll() is not None, LONGEST_S)
+        assert (status(night.run).state, night.process.returncode) == (State.ABORTED, 4)
+        ((_, text),) = night.sink.received
+        assert text.startswith("calrig: small grid: aborted\n")
+
+
+@pytest.mark.thorough
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="nobody else sets the limits of a process")
+def test_who_rings_for_a_dead_run_needs_no_thread(tmp_path: Path) -> None:
+    with a_night(tmp_path, 0.01, STACK_BYTES) as night:
+        _takes_its_threads(night.guard_pid)
+        night.process.kill()
+        assert until(night.has_rung_out, LONGEST_S)
+        assert [text.partition("\n")[0] for text in night.sink.of("/desk")] == ["calrig: small grid: interrupted"]
+        assert len(night.sink.of("/others")) == 1
 
 
 @pytest.mark.parametrize(
