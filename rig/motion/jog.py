@@ -22,6 +22,7 @@ from rig.devices.maestro_settings import MaestroSettings
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
+from rig.motion.out_of_reach import open_in_time, out_of_reach
 from rig.wire.pulses import PulseCalibration
 
 WHOLE_TURN_DEG = 360.0
@@ -47,6 +48,8 @@ class OpenRig(Protocol):
     def readouts(self) -> Mapping[str, Readout]: ...
     @property
     def clock(self) -> Clock: ...
+    def reconnect(self) -> None: ...
+    def sign_of_life(self) -> None: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,10 +212,20 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
         if len(looks) == 1:  # its answer took as long as the whole turn
             looks.append(device.turn_look(rig.clock))
     finally:
-        stop_all({axis: _axis(rig, axis)}, rig.clock)
+        _stop_in_reach(rig, axis)
     second = _second_half(looks)
     measured = replace(measured_rate(second[0], second[-1]), turned_deg=looks[-1].angle_deg - looks[0].angle_deg)
     return TurnByHand(measured, _rate_doubt(second, rate_dps, rig.axes[axis].arrival_tolerance_deg))
+
+
+def _stop_in_reach(rig: OpenRig, axis: str) -> None:
+    """Stop an axis; where its line broke meanwhile, as soon as that can be opened again. Raises: DeviceFault."""
+    try:
+        stop_all({axis: _axis(rig, axis)}, rig.clock)
+    except DeviceFault:
+        if not out_of_reach(rig) or open_in_time(rig):
+            raise
+        stop_all({axis: _axis(rig, axis)}, rig.clock)
 
 
 def _second_half(looks: Sequence[TurnLook]) -> Sequence[TurnLook]:

@@ -1,8 +1,6 @@
 """``calrig jog``: motions and looks by hand, under the limits and the lock of the rig; alone, the jog screen."""
 
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,18 +8,19 @@ from cyclopts import Parameter
 
 from ams.units import printed
 from ams.whole_file import replace_file
+from procedures.cli.bench.homes_kept import homes_kept
+from procedures.cli.bench.stop_axes import stop_axes
 from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
 from procedures.cli.options import Rig as RigFile
 from procedures.cli.output import note, print_json, say
-from procedures.cli.queues_disarmed import disarmed_by, note_disarmed
+from procedures.cli.queues_disarmed import note_disarmed
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import ExitStatus, RequestError
 from procedures.jog_screen.inferred import inferred_attitude
 from procedures.jog_screen.served import jog_for_pages
 from procedures.lease.keeper import leased
 from procedures.numbers import finite
-from procedures.queue.hands import JOG_STOP
 from rig.abilities.abilities import Wait
 from rig.abilities.rest import band_deg
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
@@ -30,9 +29,8 @@ from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.errors import RigError, WaitEnded
+from rig.errors import WaitEnded
 from rig.motion import jog as by_hand
-from rig.motion.home_memory import HomeMemory
 from rig.motion.jog import home, readings
 from rig.motion.standstill import stop_what_moves
 
@@ -105,31 +103,31 @@ def jog(
         )
     for sentence in unguarded_sentences(description) if wanted else ():
         note(sentence)
-    archive = None if stop else shared_archive_url()  # nobody's lease keeps anybody from a stop
+    document: dict[str, Any] = {"rig": description.rig.name}
+    if stop:
+        document |= stop_axes(description, rig, axis)  # nobody's lease keeps anybody from a stop
+        if not (read or live):
+            _tell(document, json)
+            return ExitStatus.DONE
+        wanted = []
     with (
-        leased(archive, "jog", note) as lease,
-        open_rig(
-            description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim, for_stop=stop
-        ) as opened,
+        leased(shared_archive_url(), "jog", note) as lease,
+        open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
         stoppable_wait(opened.clock) as wait,
-        _homes_kept(opened),
+        homes_kept(opened),
     ):
-        if not stop:
-            note_disarmed()
-        for sentence in stop_what_moves(opened.axes, opened.clock, opened.motion) if wanted and not stop else ():
+        note_disarmed()
+        for sentence in stop_what_moves(opened.axes, opened.clock, opened.motion) if wanted else ():
             note(sentence)
         if wanted:
             opened.require_identities()
         if wanted:
             _home_what_has_none(opened, None if home else axis, wait)
-        document: dict[str, Any] = {"rig": description.rig.name}
         is_reading = read or live or not wanted
         if is_reading:
             for readout in opened.readouts.values():
                 readout.prepare()
-        if "--stop" in wanted:
-            document |= _stopped(opened, axis, rig)
-        elif rate is not None and for_s is not None and axis is not None:
+        if rate is not None and for_s is not None and axis is not None:
             document |= {"axis": axis, **_turned(opened, axis, rate, for_s, wait)}
         elif wanted:
             assert axis is not None
@@ -176,7 +174,7 @@ def _screen(
             write=replace_file,
             claim=lease.claim,
         ) as opened,
-        _homes_kept(opened),
+        homes_kept(opened),
     ):
         note_disarmed()
         if served:
@@ -188,19 +186,6 @@ def _screen(
         left = by_hand.in_doubt_in_words(opened.motion.in_doubt(opened.axes))
     note(f"every axis stands still{left}; actions are in {actions}")
     return status
-
-
-@contextmanager
-def _homes_kept(opened: Rig) -> Iterator[None]:
-    """Take over homes that the machines prove to have kept since the last jog; keep those of this one for the next."""
-    memory = HomeMemory(opened.description, opened.clock, replace_file)
-    for why in memory.take_over(opened.axes).values():
-        note(why)
-    yield
-    try:
-        memory.keep(opened.axes)
-    except (RigError, OSError) as error:
-        note(f"homes are not kept for the next jog: {error}")
 
 
 def _bench_clock(description: RigDescription) -> Clock:
@@ -287,15 +272,6 @@ def _ended(document: dict[str, Any]) -> ExitStatus:
         return ExitStatus.DONE
     note(f"{document['axis']}: {doubt}")
     return ExitStatus.FAILED
-
-
-def _stopped(opened: Rig, axis: str | None, rig_file: Path) -> dict[str, Any]:
-    try:
-        stopped = by_hand.stop(opened, axis)
-    finally:
-        for sentence in disarmed_by(JOG_STOP, rig=rig_file):
-            note(sentence)
-    return {"stopped": stopped, "positions_deg": {name: opened.axes[name].state().position_deg for name in stopped}}
 
 
 def _positions(opened: Rig) -> dict[str, float]:

@@ -16,6 +16,7 @@ from procedures.run.dwell.measure import OpenRig
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
+from rig.motion.out_of_reach import open_in_time, out_of_reach
 from rig.threads import at_once
 
 NOT_SEEN, IN_DOUBT, CHAMBER = "standstill", "order in doubt", "chamber"
@@ -75,11 +76,21 @@ class Safe:
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
     """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well.
 
-    ``is_open``: False where the lines were lost and not opened since; that is tried once more.
+    ``is_open``: False where the lines were lost and not opened since; that is tried once more. Where a line
+    broke while an axis turned at a rate it is opened again as soon as it can be, and the axis stopped: it would turn
+    on, and an adapter that was unplugged mostly is back within seconds.
     """
+    safe = _attempted(rig, plan, "" if is_open else _opened_again(rig), is_over=is_over)
+    if is_open and safe.failures and out_of_reach(rig):
+        unopened = open_in_time(rig)
+        safe = _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over)
+    return safe
+
+
+def _attempted(rig: OpenRig, plan: Plan, unopened: str, *, is_over: bool) -> Safe:
+    """``unopened``: why the lines cannot be opened; empty where they are open."""
     failures: list[str] = []
     of_chamber: list[str] = []
-    unopened = "" if is_open else _opened_again(rig)
     work: list[tuple[Callable[[], None], list[str]]] = [(lambda: stop_all(rig.axes, rig.clock), failures)]
     if is_over:
         work += [(part, of_chamber) for part in _chamber(rig, plan)]
@@ -101,9 +112,13 @@ def _opened_again(rig: OpenRig) -> str:
     try:
         rig.reconnect()
     except RigError as error:
-        found = f"stop: not every axis is known to stand still, since the lines cannot be opened: {error}"
-        return f"{found}; use the stop button at the machine"
+        return _unopened(str(error))
     return ""
+
+
+def _unopened(why: str) -> str:
+    found = f"stop: not every axis is known to stand still, since the lines cannot be opened: {why}"
+    return f"{found}; use the stop button at the machine"
 
 
 def _outputs_left(rig: OpenRig, plan: Plan) -> list[str]:
