@@ -24,6 +24,8 @@ from ams.units import with_unit
 
 ROUNDING_DEG = 1e-9
 """Degrees to radians and back may move an angle this far beyond an end of the range."""
+LEVEL_SLACK = 1e-6
+"""Of the range of a level, beyond its ends: these were measured, and 1 g lies a part in 1e8 beyond a table's 90°."""
 
 
 def apply(
@@ -199,8 +201,9 @@ def _check_levels(coefficients: CoefficientSet, level: FloatArray) -> None:
         limits = coefficients.validity.levels.get(name)
         if limits is not None:
             quantity, unit = name.rsplit("_", 1)
-            along = level[..., index]
-            _check_range(coefficients, quantity, unit, along, limits, (along - limits[0], limits[1] - along))
+            along, slack = level[..., index], LEVEL_SLACK * (limits[1] - limits[0])
+            margins = along - limits[0] + slack, limits[1] - along + slack
+            _check_range(coefficients, quantity, unit, along, limits, margins)
 
 
 def _check_rates(coefficients: CoefficientSet, rate_dps: FloatArray) -> None:
@@ -233,8 +236,18 @@ def _check_range(
     if margin.size == 0 or margin.min() >= -ROUNDING_DEG:
         return
     worst = float(values.flat[int(margin.argmin())])
+    got, low, high = _told_apart(worst, limits)
     raise OutsideValidity(
-        f"{coefficients.sensor}: {name} outside the validity of the set: got {with_unit(f'{worst:.6g}', unit)}, "
-        f"calibrated from {limits[0]:.6g} to {with_unit(f'{limits[1]:.6g}', unit)}; nothing was computed; calibrate "
+        f"{coefficients.sensor}: {name} outside the validity of the set: got {with_unit(got, unit)}, "
+        f"calibrated from {low} to {with_unit(high, unit)}; nothing was computed; calibrate "
         "over the range you use, or say beyond_validity=True and answer for it"
     )
+
+
+def _told_apart(value: float, limits: tuple[float, float]) -> tuple[str, str, str]:
+    """Return a value and the limits that it lies beyond in six digits, or in as many as show the difference."""
+    for digits in range(6, 17):
+        value_text, low, high = (f"{number:.{digits}g}" for number in (value, *limits))
+        if value_text not in (low, high):
+            break
+    return value_text, low, high

@@ -161,7 +161,7 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     if not report.forecast.expected:
         return []
     if report.forecast.design is not None:
-        return [_expected_of_design(report), _noise(report), "", *_angles(report)]
+        return [*_expected_of_design(report), _noise(report), "", *_angles(report)]
 
     table = Table("sensor", "parameter", "u", box=None)
     for axis in report.forecast.expected:
@@ -172,16 +172,25 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
     return [table, _noise(report), ""]
 
 
-def _expected_of_design(report: CheckReport) -> "Table":
+def _expected_of_design(report: CheckReport) -> "list[RenderableType]":
+    """Return a row a sensor axis, what goes with temperature below the others: all side by side is cut at 80 columns."""
     names = [
         name for name in report.forecast.expected[0].standard_uncertainty if name not in (*TERM_NAMES, TRACELESS_NAME)
     ]
-    headings = [f"u({words_of(name).label})\n({_small(name)[0]})" for name in names]
-    table = Table("sensor", *headings, "noise of a\ndwell (µV)", box=None)
-    for axis in report.forecast.expected:
-        values = [_scaled(name, axis.standard_uncertainty[name]) for name in names]
-        table.add_row(f"{axis.sensor} {axis.axis}", *values, f"{axis.noise_v * 1e6:.3g}")
-    return table
+    over_temperature = [name for name in names if "temperature" in words_of(name).label]
+    tables: list[RenderableType] = []
+    for columns in ([name for name in names if name not in over_temperature], over_temperature):
+        if not columns:
+            continue
+        headings = [f"u({words_of(name).label})\n({_small(name)[0]})" for name in columns]
+        is_first = not tables
+        noise = ["noise of a\ndwell (µV)"] if is_first else []
+        table = Table("sensor", *headings, *noise, box=None)
+        for axis in report.forecast.expected:
+            values = [_scaled(name, axis.standard_uncertainty[name]) for name in columns]
+            table.add_row(f"{axis.sensor} {axis.axis}", *values, *([f"{axis.noise_v * 1e6:.3g}"] if is_first else []))
+        tables += [table] if is_first else ["", table]
+    return tables
 
 
 def _angles(report: CheckReport) -> "list[RenderableType]":

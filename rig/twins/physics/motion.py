@@ -249,5 +249,7 @@ class Air:
     def _ramp_degc(self, now_s: float) -> float:
         if now_s >= self._arrival_s:
             return self._setpoint_degc
+        if now_s <= self._start_s:  # A streaming twin asks for samples of a moment ago.
+            return self._from_degc
         part = (now_s - self._start_s) / (self._arrival_s - self._start_s)
         return self._from_degc + part * (self._setpoint_degc - self._from_degc)

@@ -47,6 +47,8 @@ def test_pitch_beyond_the_validity_is_refused(coefficients: CoefficientSet) -> N
     sentence = "SN1047: pitch outside the validity of the set: got 31°, calibrated from -30 to 30°; nothing was"
     with pytest.raises(OutsideValidity, match=sentence):
         apply(coefficients, np.radians([0.0, 31.0]), 0.0)
+    with pytest.raises(OutsideValidity, match=r"got 30\.0000001°, calibrated from -30 to 30°"):
+        apply(coefficients, np.radians(30.0000001), 0.0)
 
 
 def test_roll_in_the_gap_of_the_validity_is_refused(coefficients: CoefficientSet) -> None:

@@ -124,6 +124,10 @@ def test_a_level_beyond_the_calibration_is_refused() -> None:
         OutsideValidity, match=r"level_y outside the validity of the set: got 41 °/s, calibrated from -40"
     ):
         apply(found, level=[0.0, 41.0, 0.0])
+    # An end was measured: a table's 90° reads a part in 1e8 less than 1 g.
+    assert np.isfinite(apply(found, level=[0.0, 40.0 + 4e-7, 0.0])["y"])
+    with pytest.raises(OutsideValidity, match=r"got 40\.0001 °/s, calibrated from -40 to 40 °/s"):
+        apply(found, level=[0.0, 40.0001, 0.0])
     with pytest.raises(OutsideValidity, match="the level is missing"):
         apply(found)
     with pytest.raises(OutsideValidity, match=r"got an array of shape \(2,\), needed"):

@@ -11,6 +11,7 @@ import pytest
 from command import call
 from example_files import EXAMPLE_PROCEDURE, EXAMPLE_RIG, changed
 from planning_files import AIR, PROCEDURE, RIG, procedure_file, rig_file
+from rich.console import Console
 
 from procedures.check.check_report import check, to_document
 from procedures.check.check_text import render
@@ -157,8 +158,6 @@ def test_advice_tells_an_order_that_lets_what_comes_back_pass_for_the_sensor(tmp
 
 
 def test_every_part_is_printed(tmp_path: Path):
-    from rich.console import Console
-
     more = "[environment]\nplateaus_degc = [20.0]\n"
     report = check(rig_file(tmp_path, more=AIR), procedure_file(tmp_path, more=more))
     console = Console(width=140, record=True, file=(tmp_path / "out").open("w", encoding="utf-8"))
@@ -186,8 +185,6 @@ def test_every_part_is_printed(tmp_path: Path):
 
 
 def test_noise_and_coning_that_differ_between_axes_are_told_with_the_axes(tmp_path: Path):
-    from rich.console import Console
-
     report = check(rig_file(tmp_path), procedure_file(tmp_path))
     still, drifting = "2e-05 V a reading; no lack of fit and no drift assumed", "2e-05 V a reading; the twin's drift"
     expected = [
@@ -211,12 +208,26 @@ def test_noise_and_coning_that_differ_between_axes_are_told_with_the_axes(tmp_pa
     assert f"(noise: {still})\nu(azimuth) holds for the coning angle of 0.5°, and goes as its inverse\n" in alike
 
 
+def test_uncertainties_over_temperature_stand_whole_at_eighty_columns(tmp_path: Path) -> None:
+    more = (
+        '[environment]\nplateaus_degc = [20.0, 0.0, 40.0]\n[solve]\ntemperature = "estimate"\ntemperature_order = 2\n'
+    )
+    report = check(rig_file(tmp_path, more=AIR), procedure_file(tmp_path, ("replications = 2", ""), more=more))
+    out = StringIO()
+    Console(width=80, file=out).print(render(report))
+    rows = [line.split() for line in out.getvalue().splitlines() if line.strip().startswith("SN1 y ")]
+    stated = next(axis for axis in report.forecast.expected if axis.axis == "y").standard_uncertainty
+    curved = [value for name, value in stated.items() if "_tc" in name]
+    assert len(curved) == 4
+    assert [float(cell) for cell in rows[1][2:]] == pytest.approx(
+        [curved[0] * 1e6, curved[1], curved[2] * 1e6, curved[3]], rel=5e-3
+    )
+
+
 @pytest.mark.parametrize(("half_width_deg", "is_foreseen"), [(0.1, True), (1e-6, False)])
 def test_a_rule_to_stop_is_told_and_one_that_is_never_met_too(
     tmp_path: Path, half_width_deg: float, is_foreseen: bool
 ) -> None:
-    from rich.console import Console
-
     rule = f"[stop]\nhalf_width_deg = {half_width_deg}\nleast_replications = 2\nmost_replications = 5\n"
     procedure = procedure_file(tmp_path, ("replications = 2\n", ""), more=rule)
     report = check(rig_file(tmp_path), procedure)
@@ -306,8 +317,6 @@ def test_a_machine_without_a_stop_is_named_with_and_without_a_procedure(
 
 
 def test_an_order_that_visits_every_attitude_twice_says_so(tmp_path: Path) -> None:
-    from rich.console import Console
-
     for order, counts in {"forward-reverse": "70 points (7 pitch × 5 roll, each attitude visited twice)",
                           "serpentine": "35 points (7 pitch × 5 roll)"}.items():  # fmt: skip
         report = check(rig_file(tmp_path), procedure_file(tmp_path, more=f'order = "{order}"\n'))

@@ -223,6 +223,14 @@ def test_air_ramps_to_its_setpoint_and_rests_there() -> None:
     assert world.setpoint_degc("air") == 25.0
 
 
+def test_a_stream_has_the_air_of_a_moment_ago_also_when_a_set_point_is_told() -> None:
+    world = World(_described())
+    world.hold("air", 20.0, 10.0)  # where it stands already
+    assert world.air["air"].temperature_degc(0.0, 9.9) == 20.0
+    world.hold("air", 25.0, 20.0)
+    assert world.air["air"].temperature_degc(0.0, 19.9) == 20.0
+
+
 def test_a_channel_with_nothing_behind_it_is_a_short() -> None:
     assert World(_described()).read_voltage_v("dmm.unused", 0.0) == 0.0
 
