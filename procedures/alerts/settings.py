@@ -1,8 +1,9 @@
 """``alerts.toml``: who is told, how, and how often. It is no part of a run, so no address gets into a journal."""
 
+from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
 from platformdirs import user_config_path
 from pydantic import Field, field_validator, model_validator
@@ -34,6 +35,11 @@ class Escalation(StrictTable):
 class AlertSettings(StrictTable):
     """The whole file; everything in it is optional."""
 
+    instead: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        ("mail_to", "mail", "email", "to", "url"),
+        "unknown key: write urls, a list of addresses; mail is one of them: "
+        'urls = ["mailto://USER:PASSWORD@example.org?to=NAME@example.org"]',
+    )
     urls: tuple[str, ...] = ()
     """Addresses of apprise, such as ``mailto://…`` or ``ntfy://…``; needs ``pip install 'calrig[alerts]'``."""
     command: tuple[str, ...] = ()

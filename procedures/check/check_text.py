@@ -173,7 +173,7 @@ def _expected(report: CheckReport) -> "list[RenderableType]":
 
 
 def _expected_of_design(report: CheckReport) -> "list[RenderableType]":
-    """Return a row a sensor axis, what goes with temperature below the others: all side by side is cut at 80 columns."""
+    """Return a row a sensor axis; what goes with temperature below the others, for a terminal of 80 columns."""
     names = [
         name for name in report.forecast.expected[0].standard_uncertainty if name not in (*TERM_NAMES, TRACELESS_NAME)
     ]

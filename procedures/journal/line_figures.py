@@ -35,6 +35,15 @@ class LineFigures:
         return f"{self.questions} questions, {self.errors} without a good answer{rate}{stale}{lost}"
 
 
+def lines_in_words(lines: Mapping[str, LineFigures]) -> list[str]:
+    """Tell of every line: those that had trouble one by one, the others together."""
+    counted = "as last counted (every hundred dwells and at a stop)"
+    good = {name: line for name, line in lines.items() if not (line.errors or line.stale_bytes or line.lost)}
+    told = [f"line of {name}, {counted}: {line.in_words()}" for name, line in lines.items() if name not in good]
+    questions = ", ".join(f"{name} ({line.questions} questions)" for name, line in good.items())
+    return [*told, f"lines without a bad answer, {counted}: {questions}"] if good else told
+
+
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:
     """Return the counts since the lines were opened as an event's detail."""
     return {name: [count.questions, count.errors, count.stale_bytes] for name, count in counts.items()}

@@ -43,6 +43,9 @@ Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.+-]{0,63}$")]
 class RigSection(StrictTable):
     """``[rig]``: the place."""
 
+    instead: ClassVar[Mapping[str, str]] = {
+        "approved_by": "unknown key: approved_by stands at the head of the file, above its first table; move it there"
+    }
     name: Annotated[str, Field(min_length=1, max_length=200)]
     gravity_mps2: Annotated[float | None, Field(ge=9.7, le=9.9)] = None
     """None: that of latitude and height, by the formula of WGS 84."""

@@ -1,7 +1,7 @@
 """``calrig status``, ``pause``, ``continue``, ``stop``, ``abort``: look at or steer a run in another process."""
 
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,19 +11,20 @@ from cyclopts import Parameter
 
 from procedures.cli.locations import login_name, person_named
 from procedures.cli.options import RUNS, AnyRun, Json, NeededReason, OnlyRun, Operator, RunsFolder
-from procedures.cli.output import print_json, say
+from procedures.cli.output import print_json, say, say_lines
 from procedures.cli.queues_disarmed import disarmed_by
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.follow import attach_to, shown_until_left
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.alert_record import outcome_sentence, read_outcomes
+from procedures.journal.alert_record import Outcome, outcome_sentence, read_outcomes
 from procedures.journal.audit_trail import clock_sentence
 from procedures.journal.corrections import Authorisation, close_run
 from procedures.journal.delivering import delivered_by
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.last_words import read_last_words
-from procedures.journal.live import live_document, read_live
+from procedures.journal.line_figures import lines_in_words
+from procedures.journal.live import Live, live_document, read_live
 from procedures.journal.metrics import RunFigures, metrics_text
 from procedures.journal.run_list import ListedRun, RunList
 from procedures.journal.second_folder import second_folder
@@ -75,33 +76,45 @@ def status(
         print_json({**found.to_document(), **unread, **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
         return answer
     by = ", by a journal that is damaged" if damage.names else ""
-    say(f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells{by}")
-    if found.held_by is not None:
-        say(f"held by: {one_line(found.held_by)}")
-    elif found.why:
-        say(f"because: {one_line(found.why)}")
-    for what in damage.in_words:
-        say(f"damaged: {journal}: {what} is not as it was written; {of_damage(folder)}")
-    if deliverer := delivered_by(folder):
-        say(f"results: being delivered by {deliverer}")
-    if verdict:
-        say(f"verdict: {one_line(verdict)}")
-    if unwritten := unwritten_sentence(folder, found.state):
-        say(f"results: {one_line(unwritten)}")
-    for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
-        say(f"{name}: {how}")
-    if found.clock_set_by_s:
-        say(f"clock: {clock_sentence(found.clock_set_by_s)}")
-    if (guarded := read_guard_record(folder)) is not None and (sentence := guard_sentence(guarded)) != found.reason:
-        say(one_line(sentence))
-    for outcome in outcomes:
-        say(f"alert: {one_line(outcome_sentence(outcome))}")
-    for name, line in found.lines.items():
-        say(f"line of {name}, as last counted (every hundred dwells and at a stop): {line.in_words()}")
+    say_lines(_told(found, folder, by, [f"{journal}: {what}" for what in damage.in_words], verdict, live, outcomes))
     if not follow:
         return answer
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock()) or answer
+
+
+def _told(
+    found: RunStatus,
+    folder: Path,
+    by: str,
+    damage: Sequence[str],
+    verdict: str,
+    live: Live | None,
+    outcomes: Sequence[Outcome],
+) -> Iterator[str]:
+    """Tell where a run stands, line by line: its state first, what only a long look needs last."""
+    yield f"{found.run}: {found.state}, {found.dwells_done} of {found.dwells_planned} dwells{by}"
+    if found.held_by is not None:
+        yield f"held by: {one_line(found.held_by)}"
+    elif found.why:
+        yield f"because: {one_line(found.why)}"
+    for what in damage:
+        yield f"damaged: {what} is not as it was written; {of_damage(folder)}"
+    if deliverer := delivered_by(folder):
+        yield f"results: being delivered by {deliverer}"
+    if verdict:
+        yield f"verdict: {one_line(verdict)}"
+    if unwritten := unwritten_sentence(folder, found.state):
+        yield f"results: {one_line(unwritten)}"
+    for name, how in rows_of(progress_of("state", found), "", live, SystemClock().now_utc())[1:]:
+        yield f"{name}: {how}"
+    if found.clock_set_by_s:
+        yield f"clock: {clock_sentence(found.clock_set_by_s)}"
+    if (guarded := read_guard_record(folder)) is not None and (sentence := guard_sentence(guarded)) != found.reason:
+        yield one_line(sentence)
+    for outcome in outcomes:
+        yield f"alert: {one_line(outcome_sentence(outcome))}"
+    yield from lines_in_words(found.lines)
 
 
 def _refuse_beside_each_other(run: str | None, *, all_: bool, metrics: bool, follow: bool, json: bool) -> None:

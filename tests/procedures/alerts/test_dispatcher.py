@@ -240,7 +240,7 @@ def test_a_command_that_is_not_there_is_told(tmp_path: Path) -> None:
     [
         ('heartbeat = "ftp://x/y"', "heartbeat must be a file"),
         ("every_h = -1.0", "every_h"),
-        ('mail = "anna"', "unknown key"),
+        ('mail = "anna"', "unknown key: write urls, a list of addresses; mail is one of them"),
     ],
 )
 def test_a_wrong_file_is_refused_by_line(tmp_path: Path, text: str, expected: str) -> None:

@@ -7,7 +7,7 @@ from report_dwells import event
 from small_run import bench
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.line_figures import LineFigures, lines_in
+from procedures.journal.line_figures import LineFigures, lines_in_words, lines_in
 from procedures.journal.status import status
 from procedures.records.states import State
 from procedures.report.conditions import condition_sections
@@ -68,3 +68,17 @@ def test_a_run_tells_its_lines_in_status_and_report(tmp_path: Path) -> None:
         sections = condition_sections(tuple(reader.events()))
     assert sections["lines"] == {name: line.in_words() for name, line in lines.items()}
     assert set(sections["watchdogs of the axes"]) == {"pitch", "roll"}
+
+
+def test_lines_with_trouble_stand_one_by_one_and_the_others_together() -> None:
+    lines = {
+        "axes.pitch": LineFigures(30, 0, 0),
+        "readouts.dmm": LineFigures(1000, 25, 0),
+        "axes.roll": LineFigures(50, 0, 0),
+    }
+    counted = "as last counted (every hundred dwells and at a stop)"
+    assert lines_in_words(lines) == [
+        f"line of readouts.dmm, {counted}: 1000 questions, 25 without a good answer (2.50%)",
+        f"lines without a bad answer, {counted}: axes.pitch (30 questions), axes.roll (50 questions)",
+    ]
+    assert lines_in_words({}) == []

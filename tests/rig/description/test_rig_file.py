@@ -15,6 +15,12 @@ from rig.errors import DescriptionError
 MISTAKES = [
     ("unknown key", "speed_dps", "sped_dps", "axes.pitch.sped_dps: unknown key; did you mean speed_dps?"),
     (
+        "a key of the file's head in a table",
+        "[rig]\n",
+        '[rig]\napproved_by = "A. Person"\n',
+        "rig.approved_by: unknown key: approved_by stands at the head of the file, above its first table",
+    ),
+    (
         "missing unit",
         "limits_deg =",
         "limits =",
