@@ -7,7 +7,7 @@ from report_dwells import event
 from small_run import bench
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.line_figures import LineFigures, lines_in_words, lines_in
+from procedures.journal.line_figures import LineFigures, lines_in, lines_in_words
 from procedures.journal.status import status
 from procedures.records.states import State
 from procedures.report.conditions import condition_sections
