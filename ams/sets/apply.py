@@ -236,7 +236,7 @@ def _check_range(
     if margin.size == 0 or margin.min() >= -ROUNDING_DEG:
         return
     worst = float(values.flat[int(margin.argmin())])
-    got, low, high = _told_apart(worst, limits)
+    got, low, high = _in_distinct_digits(worst, limits)
     raise OutsideValidity(
         f"{coefficients.sensor}: {name} outside the validity of the set: got {with_unit(got, unit)}, "
         f"calibrated from {low} to {with_unit(high, unit)}; nothing was computed; calibrate "
@@ -244,7 +244,7 @@ def _check_range(
     )
 
 
-def _told_apart(value: float, limits: tuple[float, float]) -> tuple[str, str, str]:
+def _in_distinct_digits(value: float, limits: tuple[float, float]) -> tuple[str, str, str]:
     """Return a value and the limits that it lies beyond in six digits, or in as many as show the difference."""
     for digits in range(6, 17):
         value_text, low, high = (f"{number:.{digits}g}" for number in (value, *limits))

@@ -39,9 +39,9 @@ def lines_in_words(lines: Mapping[str, LineFigures]) -> list[str]:
     """Tell of every line: those that had trouble one by one, the others together."""
     counted = "as last counted (every hundred dwells and at a stop)"
     good = {name: line for name, line in lines.items() if not (line.errors or line.stale_bytes or line.lost)}
-    told = [f"line of {name}, {counted}: {line.in_words()}" for name, line in lines.items() if name not in good]
+    with_trouble = [f"line of {name}, {counted}: {line.in_words()}" for name, line in lines.items() if name not in good]
     questions = ", ".join(f"{name} ({line.questions} questions)" for name, line in good.items())
-    return [*told, f"lines without a bad answer, {counted}: {questions}"] if good else told
+    return [*with_trouble, f"lines without a bad answer, {counted}: {questions}"] if good else with_trouble
 
 
 def link_detail(counts: Mapping[str, ExchangeCounts]) -> dict[str, object]:

@@ -76,14 +76,16 @@ def status(
         print_json({**found.to_document(), **unread, **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
         return answer
     by = ", by a journal that is damaged" if damage.names else ""
-    say_lines(_told(found, folder, by, [f"{journal}: {what}" for what in damage.in_words], verdict, live, outcomes))
+    say_lines(
+        _standing_lines(found, folder, by, [f"{journal}: {what}" for what in damage.in_words], verdict, live, outcomes)
+    )
     if not follow:
         return answer
     observer = PlainLines(say, parts=None)
     return shown_until_left(folder, observer, lambda: False, SystemClock()) or answer
 
 
-def _told(
+def _standing_lines(
     found: RunStatus,
     folder: Path,
     by: str,
