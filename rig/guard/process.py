@@ -72,6 +72,8 @@ class Guard:
         """From where to where the last order moves a servo, by axis, in quarter-microseconds."""
         self.record: str = start["record"]
         self.silence_s = HUNG_S  # as the engine says it
+        self.has_lines = True
+        """False while the engine opens them anew: as long as that takes nobody can look at what moves."""
         self.silent_s = 0.0
         self.awake_s = self.looked_s = CLOCK.monotonic_s()
         self.before = ""
@@ -147,7 +149,9 @@ class Guard:
                 return False
             if "lines" in message:
                 self.take(message["lines"])
+                self.has_lines, self.looked_s = True, CLOCK.monotonic_s()
             if "released" in message:
+                self.has_lines = False
                 for held in self.lines:
                     held.release()
             if "stop" in message:
@@ -187,7 +191,7 @@ class Guard:
             return "the engine was frozen (SIGSTOP)"
         if self.silent_s > self.silence_s and not select.select([self.channel], [], [], 0.0)[0]:
             return f"the engine gave no sign of life for {self.silence_s:g} s"
-        if now_s - self.looked_s > HUNG_S:
+        if self.has_lines and now_s - self.looked_s > HUNG_S:
             return f"the engine did not look at what moves for {HUNG_S:g} s"
         return ""
 

@@ -1,0 +1,50 @@
+"""The guard of an engine whose lines are lost: as long as they are opened anew, nobody can look at what moves."""
+
+import json
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from rig.guard.process import HUNG_S, Guard
+
+START = {"record": "stop-guard.json", "folder": None, "rig": {}, "ring": []}
+
+
+@pytest.fixture
+def engine() -> Iterator[tuple[socket.socket, Guard]]:
+    """Whose axis is on its way to a target; the engine's end of the channel, and its guard."""
+    ours, theirs = socket.socketpair()
+    with ours, theirs:
+        guard = Guard(theirs, START)
+        _say(ours, guard, {"lines": [], "moving": ["roll"], "silence_s": HUNG_S, "looked": True})
+        yield ours, guard
+
+
+def _say(ours: socket.socket, guard: Guard, message: dict[str, object]) -> None:
+    ours.sendall(json.dumps(message).encode() + b"\n")
+    assert guard.hear()
+
+
+def test_an_engine_that_waits_for_a_line_that_is_lost_is_not_ended_for_not_looking(
+    engine: tuple[socket.socket, Guard],
+) -> None:
+    """A cable that is out for longer than that would end a run which goes on by itself when it is back."""
+    ours, guard = engine
+    _say(ours, guard, {"released": True})
+    guard.looked_s -= HUNG_S + 1.0
+    _say(ours, guard, {})
+    assert guard.why_stop() == ""
+    _say(ours, guard, {"lines": []})
+    assert guard.why_stop() == "", "it has the time to look again"
+    guard.looked_s -= HUNG_S + 1.0
+    assert guard.why_stop() == "the engine did not look at what moves for 120 s"
+
+
+def test_an_engine_that_hangs_while_its_lines_are_lost_is_ended_all_the_same(
+    engine: tuple[socket.socket, Guard],
+) -> None:
+    ours, guard = engine
+    _say(ours, guard, {"released": True})
+    guard.silent_s = guard.silence_s + 1.0
+    assert guard.why_stop() == "the engine gave no sign of life for 120 s"
