@@ -92,6 +92,11 @@ def significant_texts(findings: Iterable[Finding]) -> tuple[str, ...]:
     return tuple(finding.text for finding in findings if finding.is_significant)
 
 
+def significant_facts(findings: Iterable[Finding]) -> tuple[str, ...]:
+    """Return the same without what the laboratory does about it, as archive and customer keep it."""
+    return tuple(finding.fact for finding in findings if finding.is_significant)
+
+
 def beyond_the_stated(findings: Iterable[Finding]) -> tuple[Finding, ...]:
     """Return the significant findings that the stated uncertainties do not hold: nothing is usable with those."""
     return tuple(finding for finding in findings if finding.is_significant and not finding.is_held)

@@ -7,6 +7,7 @@ witnesses of the same run say, is known by them alone.
 A calibration that was withdrawn is told beside the charts, with what it had found: it is in no mean, in no limit and in
 no scatter, and before no other.
 
+What all sensors of a run changed alike is the meter's, is told as such, and is in nothing that a sensor is judged by.
 Where the rig has a permanent check sensor, what it says of a run stands beside what a sensor is found to have done.
 """
 
@@ -28,12 +29,13 @@ from ams.sets.canonical import table
 from ams.sets.stated_verdict import Withdrawal
 from ams.surveillance.adjustment import acceptance_of
 from ams.surveillance.between_runs import LEARNED_FROM, names_behind
-from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
+from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors, unexplained_changes
 from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
 from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
 from ams.surveillance.series import PointLabel, Population
-from ams.surveillance.stated_changes import stated_change, stated_scatter
+from ams.surveillance.shared_changes import SharedChange, shared_changes, taken_out_rad
+from ams.surveillance.stated_changes import stated_change, stated_families, stated_scatter
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,14 @@ class SensorHistory:
     """Its calibrations in quarantine, which are no points of the charts, the earliest first."""
     withdrawn: tuple[WithdrawnCalibration, ...] = ()
     """Its calibrations that were withdrawn, which are no points of the charts either, the earliest first."""
+    shared: tuple[SharedChange, ...] = ()
+    """What sensors of its runs changed alike, the earliest first: in its values, in nothing that it is judged by."""
+
+    @property
+    def not_its_doing(self) -> tuple[str, ...]:
+        """Sentences on what sensors of its runs changed alike, but those that a check sensor's findings say."""
+        said = () if self.check is None else {finding.sentence for finding in self.check.findings}
+        return tuple(change.sentence for change in self.shared if change.sentence not in said)
 
 
 def history(
@@ -80,15 +90,18 @@ def history(
             f"archive: sensor {sensor!r}: its sets have an equation of their own, without a direction of sensitivity; "
             "nothing of them is charted over the years"
         )
-    found, check = _of(population, sensor)
+    shared = shared_changes(population)
+    found, check = _of(population, sensor, shared)
     if found.findings or (check is not None and check.findings):
         population = population_of(archive_url, sensor, busy_timeout_s, until_utc)
-        found, check = _of(population, sensor)
-        found = with_rig_causes(population, found)
+        shared = shared_changes(population)
+        found, check = _of(population, sensor, shared)
+        found = with_rig_causes(without_shared(population, shared), found)
     with reading(archive_url, busy_timeout_s) as connection:
         held = quarantined_of(connection, sensor, until_utc)
         gone = _withdrawn_of(connection, population, sensor, until_utc)
-        found = _with_stated(connection, population, found)
+        found = _with_stated(connection, without_shared(population, shared), found)
+        check = _check_with_stated(connection, check)
         provenance = table(stored_document(connection, found.labels[-1].sha256)["provenance"])
     limits = acceptance_of(provenance).limits_deg
     limit = min(limits.values(), default=None)
@@ -99,7 +112,23 @@ def history(
         None if limit is None else advise_interval(found, limit),
         held,
         gone,
+        _of_its_runs(shared, found),
     )
+
+
+def without_shared(population: Population, shared: Sequence[SharedChange]) -> Population:
+    """Return the population without what all sensors of a run changed alike, which is no sensor's."""
+    return replace(population, shared_rad=taken_out_rad(population, shared)) if shared else population
+
+
+def _of_its_runs(shared: Sequence[SharedChange], found: History) -> tuple[SharedChange, ...]:
+    """Return what changed on a rig between the first and the last calibration of a sensor there."""
+    kept = []
+    for change in shared:
+        times = [label.created_utc for label in found.labels if label.rig == change.rig]
+        if times and min(times) < change.since_utc <= max(times):
+            kept.append(change)
+    return tuple(kept)
 
 
 def _with_stated(connection: Connection, population: Population, found: History) -> History:
@@ -116,6 +145,19 @@ def _with_stated(connection: Connection, population: Population, found: History)
         return replace(found, unexplained=unknown)
     change = stated_change(population, found.sensor, stated)
     return replace(found, unexplained=change.sentence, explained_deg=change.explained_deg)
+
+
+def _check_with_stated(connection: Connection, check: CheckHistory | None) -> CheckHistory | None:
+    """Return the check sensor's chart with what its sets do not explain of the latest run, while few runs tell more."""
+    if check is None or not check.rests_on_few:
+        return check
+    try:
+        stated = [stated_families(stored_document(connection, label.sha256), check.sensor) for label in check.labels]
+    except SetError as error:
+        return replace(
+            check, unexplained=(f"whether anything changed beyond what the sets state is not known: {error}",)
+        )
+    return replace(check, unexplained=unexplained_changes(check, stated))
 
 
 def _require_points(population: Population, sensor: str) -> None:
@@ -161,9 +203,9 @@ def _values_beside(kind: "_Kind", rows: Sequence["_Row"], counted: Sequence["_Ro
     }
 
 
-def _of(population: Population, sensor: str) -> tuple[History, CheckHistory | None]:
-    found = history_of(population, sensor)
-    return found, check_history(population, sensor) if found.labels[-1].is_check else None
+def _of(population: Population, sensor: str, shared: Sequence[SharedChange]) -> tuple[History, CheckHistory | None]:
+    found = history_of(without_shared(population, shared), sensor)
+    return found, check_history(population, sensor, shared) if found.labels[-1].is_check else None
 
 
 def with_rig_causes(population: Population, found: History) -> History:
@@ -222,6 +264,8 @@ def population_of(
 _Row = tuple[str, str, str | None, datetime, str, bool, float, bytes]
 """The fields of a label and the packed numbers."""
 _NAMES_AT_ONCE = 500
+_MOST_BESIDE = 32
+"""Of the sensors that went through a run with a sensor, so many are asked what they changed alike."""
 
 
 @dataclass(frozen=True)
@@ -236,6 +280,7 @@ class _Kind:
 def _needed(connection: Connection, sensor: str, kind: _Kind, until_utc: datetime | None) -> list[_Row]:
     """Return the calibrations of the sensor, and of those behind it by name until there are enough."""
     found = _known(_rows(connection, kind, [sensor]), until_utc)
+    beside = _beside(connection, sensor)
     query = select(SETS.c.sensor, count()).group_by(SETS.c.sensor)
     counts: dict[str, int] = dict(connection.execute(query).all())
     names, others = names_behind(counts, sensor), 0
@@ -246,7 +291,16 @@ def _needed(connection: Connection, sensor: str, kind: _Kind, until_utc: datetim
         names = names[len(batch) :]
         others += sum(not is_check for *_, is_check, _, _ in batch_rows)
         found += batch_rows
-    return found
+    read = {row[1] for row in found}
+    missing = names_behind(beside - read, sensor)
+    return found + _known(_rows(connection, kind, missing[: max(_MOST_BESIDE - len(beside & read), 0)]), until_utc)
+
+
+def _beside(connection: Connection, sensor: str) -> set[str]:
+    """Return the names of the sensors that went through a run with a sensor."""
+    runs = select(SETS.c.run_id).where(SETS.c.sensor == sensor, SETS.c.run_id.is_not(None))
+    query = select(SETS.c.sensor).where(SETS.c.run_id.in_(runs), SETS.c.sensor != sensor).distinct()
+    return set(connection.execute(query).scalars())
 
 
 def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:

@@ -13,7 +13,7 @@ from typing import Final
 
 from ams.analysis.diagnostics.beliefs import OF_THE_ORDER, SETTLING, SQUARENESS, TABLE_LIMIT
 from ams.finding_kinds import kinds_of
-from ams.findings import Finding, beyond_the_stated, significant_texts, turned_the_table
+from ams.findings import Finding, beyond_the_stated, significant_facts, turned_the_table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_findings import findings_of_set
 
@@ -29,7 +29,7 @@ def run_at_fault(new: CoefficientSet, findings: Iterable[Finding] = ()) -> str |
     """
     every = (*findings, *findings_of_set(new))
     against = (*turned_the_table(every), *(finding for finding in beyond_the_stated(every) if _is_of_the_run(finding)))
-    return "; ".join(dict.fromkeys(significant_texts(against))) or None
+    return "; ".join(dict.fromkeys(significant_facts(against))) or None
 
 
 def _is_of_the_run(finding: Finding) -> bool:

@@ -14,17 +14,18 @@ from dataclasses import dataclass, replace
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import Connection, literal, or_, select
+from sqlalchemy import Connection, literal, select
 
-from ams.archive.approvals import withdrawals, withdrawn
+from ams.archive.approvals import withdrawals
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import quarantine, quarantined
 from ams.archive.run_at_fault import run_at_fault
+from ams.archive.set_before import set_before
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
 from ams.archive.tables import ADJUSTMENTS, QUARANTINES, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
-from ams.findings import Finding, significant_texts, withheld
+from ams.findings import Finding, significant_facts, withheld
 from ams.observations import Observations
 from ams.sets.canonical import Document, canonical_bytes, listed, table
 from ams.sets.coefficients import CoefficientSet
@@ -37,6 +38,7 @@ from ams.surveillance.adjustment import (
     to_document,
     without_conformity,
 )
+from ams.surveillance.exchanged import Recalibrated, exchanged
 from ams.surveillance.reference_attitude import ReferenceAttitude
 
 
@@ -145,17 +147,18 @@ def publish_run(
         _insert_run(connection, run, published_utc, standards, words, _supersession(strangers, supersede))
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
+        before = {made.sensor: set_before(connection, made) for made in sets}
+        mixed = exchanged([Recalibrated(made, old) for made in sets if (old := before[made.sensor]) is not None])
+        found: dict[str, Adjustment] = {}
         for sensor in sensors:
-            if against := withheld(sensor.findings):
-                reason = "; ".join(significant_texts(against))
-                quarantine(connection, [sensor.coefficients.sha256], reason, published_utc)
-        found = {
-            sensor.coefficients.sensor: _adjusted(connection, sensor, published_utc, usage_pitch_deg)
-            for sensor in sensors
-        }
-    return PublishedRun(
-        publications, {name: publication for name, publication in found.items() if publication is not None}
-    )
+            made, swap = sensor.coefficients, mixed.get(sensor.coefficients.sensor)
+            if reasons := [*significant_facts(withheld(sensor.findings)), *([] if swap is None else [swap])]:
+                quarantine(connection, [made.sha256], "; ".join(reasons), published_utc)
+            adjusted = _adjusted(connection, sensor, before[made.sensor], published_utc, usage_pitch_deg, swap)
+            if adjusted is not None:
+                found[made.sensor] = adjusted
+    published = tuple(replace(publication, exchanged=mixed.get(publication.sensor, "")) for publication in publications)
+    return PublishedRun(published, found)
 
 
 def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:
@@ -330,17 +333,22 @@ def _use_row(run: RunEntry, standard: StandardUse, override: Override | None) ->
 def _adjusted(
     connection: Connection,
     sensor: MeasuredSensor,
+    before: CoefficientSet | None,
     published_utc: datetime,
     usage_pitch_deg: tuple[float, float] | None,
+    swap: str | None,
 ) -> Adjustment | None:
-    """Return the adjustment that is stored already, else find and store it."""
+    """Return the adjustment that is stored already, else find and store it.
+
+    ``before``: the sensor's latest set from an earlier calibration. ``swap``: that it looks exchanged with another.
+    """
     new = sensor.coefficients
     stored = _stored_adjustment(connection, new.sha256)
     if stored is not None:
         return stored
-    at_fault = run_at_fault(new, sensor.findings)
-    is_held = bool(withheld(sensor.findings))
-    previous = None if at_fault else _previous(connection, new)
+    at_fault = run_at_fault(new, sensor.findings) or swap
+    is_held = bool(withheld(sensor.findings)) or swap is not None
+    previous = None if at_fault else before
     acceptance = acceptance_of(new.provenance)
     try:
         found = adjust(
@@ -360,23 +368,6 @@ def _adjusted(
     }
     write(connection, published_utc, "adjustment", [Written(ADJUSTMENTS, [row])], {})
     return found
-
-
-def _previous(connection: Connection, new: CoefficientSet) -> CoefficientSet | None:
-    """Return the latest set of this sensor from an earlier calibration.
-
-    A simulated set never stands before a measured one, nor one that is in quarantine or was withdrawn before any.
-    """
-    query = select(SETS.c.sha256).where(
-        SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated,
-        SETS.c.sha256.not_in(quarantined()), SETS.c.sha256.not_in(withdrawn()),
-    )  # fmt: skip
-    run_id = new.provenance["run_id"]
-    if run_id is not None:
-        query = query.where(or_(SETS.c.run_id.is_(None), SETS.c.run_id != run_id))
-    latest = query.order_by(SETS.c.created_utc.desc(), SETS.c.published_utc.desc(), SETS.c.sha256.desc()).limit(1)
-    sha256 = connection.execute(latest).scalar()
-    return None if sha256 is None else stored_set(connection, sha256)
 
 
 def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None:

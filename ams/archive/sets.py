@@ -79,6 +79,8 @@ class Publication:
     sha256: str
     sensor: str
     is_new: bool
+    exchanged: str = ""
+    """Why it is in quarantine where the sensor looks exchanged with another of its run; empty where it does not."""
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,13 @@ from day to day does so to all axes alike, and a base may lean to one side more 
 the certificates' uncertainties.
 
 Before there are four differences no limit exists, and nothing is said to have stayed as it was: what the certificates'
-uncertainties alone do not explain is told, and that it cannot be judged yet. It is told on until six degrees of freedom
-are behind the limits, and how wide these are always.
+uncertainties alone do not explain is told (:func:`unexplained_changes`), and that it cannot be judged yet. It is told
+on until six degrees of freedom are behind the limits, and how wide these are always.
 
 What all its axes do alike may still be its own (its supply, its temperature). The other sensors of the same run are the
 witnesses: what they changed alike since their own last calibration is the meter's, if it is what the check sensor says.
+Where all sensors of a run together tell what they changed alike (:mod:`ams.surveillance.shared_changes`), that is told,
+and no alarm of the check sensor by itself beside it.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -39,6 +41,8 @@ from ams.surveillance.between_runs import Scatter
 from ams.surveillance.check_components import METER_GAIN, Component, components_of, is_gain, is_offset
 from ams.surveillance.regime import LEAST_DOF, Regime
 from ams.surveillance.series import PointLabel, Population
+from ams.surveillance.shared_changes import SharedChange
+from ams.surveillance.stated_changes import FEW_DOF, StatedScatter, explained_rad
 
 Cause = Literal["sensor", "table", "meter", "open"]
 
@@ -51,9 +55,6 @@ CHARTS = 3
 """Tests of one component in one run: of the run alone, of the weighted mean, of a step further back."""
 UNLIKE_LEVEL = 0.05
 """Chance that a component which scatters as its like is taken for one that does not."""
-STATED_LEVEL = 0.95
-FEW_DOF = 6.0
-"""Below this limits are so wide that what the certificates do not explain is told beside them."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,10 @@ class ComponentChart:
     ewma_deg: FloatArray
     """The weighted mean of the deviations, added to the centre; NaN while too little is known."""
     is_alarm: BoolArray
-    stated_deg: FloatArray
-    """Expanded uncertainty of the difference from the centre by the certificates alone (95 %)."""
+    family: str
+    """Components that the certificates' uncertainties are the same for."""
+    before: tuple[int, ...]
+    """The runs behind the latest centre."""
     scatter_dof: float
     """Degrees of freedom of the scatter behind the latest limits."""
 
@@ -97,6 +100,8 @@ class CheckHistory:
     findings: tuple[CheckFinding, ...]
     differences: int
     """Between runs that belong together: what the scatter is known from."""
+    unexplained: tuple[str, ...] = ()
+    """What of the latest run the certificates' uncertainties alone do not explain, while few runs tell limits."""
 
     @property
     def is_judged(self) -> bool:
@@ -104,15 +109,10 @@ class CheckHistory:
         return bool(self.charts) and all(bool(np.isfinite(chart.low_deg[-1])) for chart in self.charts)
 
     @property
-    def unexplained(self) -> tuple[str, ...]:
-        """What of the latest run the certificates' uncertainties alone do not explain, while few runs tell limits."""
-        if len(self.labels) < 2 or (self.is_judged and min(chart.scatter_dof for chart in self.charts) >= FEW_DOF):
-            return ()
-        changes = ((chart, float(chart.value_deg[-1] - chart.centre_deg[-1])) for chart in self.charts)
-        return tuple(
-            f"{chart.name} {change:+.4f}°, where the certificates explain {chart.stated_deg[-1]:.4f}°"
-            for chart, change in changes
-            if abs(change) > chart.stated_deg[-1]
+    def rests_on_few(self) -> bool:
+        """Whether too few runs tell limits, so that what the certificates state must be asked."""
+        return len(self.labels) > 1 and not (
+            self.is_judged and min(chart.scatter_dof for chart in self.charts) >= FEW_DOF
         )
 
     @property
@@ -126,8 +126,11 @@ class CheckHistory:
         return found
 
 
-def check_history(population: Population, sensor: str) -> CheckHistory:
-    """Return the chart of a check sensor. Raises: ArchiveUnknown where it is not among the population."""
+def check_history(population: Population, sensor: str, shared: Sequence[SharedChange] = ()) -> CheckHistory:
+    """Return the chart of a check sensor; ``shared``: what all sensors of a run changed alike.
+
+    Raises: ArchiveUnknown where it is not among the population.
+    """
     rows = population.rows_of(sensor)
     if rows.start == rows.stop:
         raise ArchiveUnknown(
@@ -136,9 +139,26 @@ def check_history(population: Population, sensor: str) -> CheckHistory:
     labels = tuple(population.labels[rows])
     components = components_of(population, sensor, rows)
     watched = _watched(components, population.years[rows], LEVEL / (CHARTS * len(components)))
-    findings = tuple(_findings(population, labels, watched))
+    findings = tuple(_findings(population, labels, watched, shared))
     charts = tuple(component.chart() for component in watched)
     return CheckHistory(sensor, labels, charts, findings, min(component.differences for component in watched))
+
+
+def unexplained_changes(check: CheckHistory, stated: Sequence[tuple[Sequence[str], StatedScatter]]) -> tuple[str, ...]:
+    """Return what of the latest run the certificates do not explain, Student's t over all components together.
+
+    ``stated``: of every run what its set states (:func:`ams.surveillance.stated_changes.stated_families`).
+    """
+    families = list(stated[-1][0])
+    unexplained = []
+    for chart in check.charts:
+        before = [stated[run][1] for run in chart.before]
+        limits_rad = explained_rad(before, stated[-1][1], len(check.charts))
+        explained = float(np.degrees(limits_rad[families.index(chart.family)]))
+        change = float(chart.value_deg[-1] - chart.centre_deg[-1])
+        if abs(change) > explained:
+            unexplained.append(f"{chart.name} {change:+.4f}°, where the certificates explain {explained:.4f}°")
+    return tuple(unexplained)
 
 
 def check_sensors(population: Population, rig: str) -> tuple[str, ...]:
@@ -153,7 +173,8 @@ class _Watched:
         self.component, self.level = component, level
         values, stated = component.values[:, None], np.sqrt(component.stated)[:, None]
         self.regime = Regime(values, stated, years, component.prior, step_level=level)
-        self.columns = np.full((5, values.size), np.nan)
+        self.columns = np.full((4, values.size), np.nan)
+        self.before: tuple[int, ...] = ()
         self.changes: list[_Change] = []
         self.differences = 0
         self.ewma, self.weighted = 0.0, 0
@@ -208,12 +229,12 @@ class _Watched:
         return float(self.columns[2, index] - self.columns[1, index]) / 2.0
 
     def _outside(self, index: int) -> "_Change | None":
-        """Chart a run: centre, low, high, weighted mean and what the certificates explain."""
+        """Chart a run: centre, low, high and weighted mean."""
         members, stated_rad2 = self.regime.members, self.component.stated
         value, count = float(self.component.values[index]), len(members)
         centre = float(self.component.values[members].mean())
         stated = float(stated_rad2[index] + stated_rad2[members].mean() / count)
-        self.columns[[0, 4], index] = centre, float(t_quantile(STATED_LEVEL, np.inf)) * np.sqrt(stated)
+        self.columns[0, index], self.before = centre, tuple(members)
         scatter = self.regime.scatter
         dof = float(scatter.dof[0])
         if self.differences + 1 < LEAST_DIFFERENCES or dof < LEAST_DOF:
@@ -231,12 +252,13 @@ class _Watched:
 
     def chart(self) -> ComponentChart:
         """Return what was charted, degrees."""
-        centre, low, high, ewma, stated = np.degrees(self.columns)
+        centre, low, high, ewma = np.degrees(self.columns)
         alarms = np.zeros(self.component.values.size, dtype=bool)
         alarms[[change.at for change in self.changes]] = True
         values = np.degrees(self.component.values)
         dof = float(self.regime.scatter.dof[0])
-        return ComponentChart(self.component.name, values, centre, low, high, ewma, alarms, stated, dof)
+        name, family = self.component.name, self.component.family
+        return ComponentChart(name, values, centre, low, high, ewma, alarms, family, self.before, dof)
 
 
 @dataclass(frozen=True)
@@ -267,11 +289,21 @@ def _watched(components: Sequence[Component], years: FloatArray, level: float) -
 
 
 def _findings(
-    population: Population, labels: Sequence[PointLabel], watched: Sequence[_Watched]
+    population: Population, labels: Sequence[PointLabel], watched: Sequence[_Watched], shared: Sequence[SharedChange]
 ) -> Iterator[CheckFinding]:
+    """Yield what all sensors of a run of the check sensor changed alike, then what it did beside that."""
+    known: set[tuple[PointLabel, str]] = set()
+    by_run = {label.run_id: label for label in labels[1:]}
+    for common in shared:
+        at = by_run.get(common.run_id)
+        if at is not None and at.sensor in common.sensors:
+            known.add((at, common.component))
+            cause: Cause = "meter" if common.component.startswith("meter") else "table"
+            yield CheckFinding(at, cause, common.component, float(np.degrees(abs(common.size_rad))), common.sentence)
     changes = [(change, component.component.name) for component in watched for change in component.changes]
     for change, name in sorted(changes, key=lambda pair: pair[0].seen):
-        yield _explained(population, labels, name, change)
+        if (labels[change.at], name) not in known:
+            yield _explained(population, labels, name, change)
 
 
 def _explained(population: Population, labels: Sequence[PointLabel], component: str, changed: _Change) -> CheckFinding:

@@ -12,10 +12,11 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.surveillance.between_runs import MEAN_EFFICIENCY, Scatter, scatter_of
+from ams.surveillance.characteristics import Characteristics, PackageNumbers
 from ams.surveillance.series import Population
 
 METER_GAIN, METER_OFFSET = "meter gain", "meter offset"
-_TILT = "tilt"
+TILT = "tilt"
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,8 @@ def components_of(population: Population, sensor: str, rows: slice) -> tuple[Com
     """Return the components of a check sensor, whose calibrations are the rows, in the order of its charts."""
     parts, kinds = _parts(population)
     prior = scatter_of(population, np.stack(list(parts.values()), axis=1), kinds, leave_out=sensor)
-    stated = _stated(population, rows)
+    found = population.characteristics
+    stated = {family: variance[rows] for family, variance in variance_of_families(population.numbers, found).items()}
     made = []
     for column, (name, values) in enumerate(parts.items()):
         kind = kinds[column]
@@ -47,7 +49,7 @@ def components_of(population: Population, sensor: str, rows: slice) -> tuple[Com
         scatter = _column(prior, column, most)
         rank = kinds.count(kind) - (kind in ("gain", "offset"))
         made.append(Component(name, kind, rank, values[rows] - values[rows.start], stated[kind], scatter))
-    return (*made[:2], *_tilts(population, rows), *made[2:])
+    return (*made[:2], *_tilts(population, rows, stated[TILT]), *made[2:])
 
 
 def is_gain(population: Population) -> BoolArray:
@@ -60,15 +62,30 @@ def is_offset(population: Population) -> BoolArray:
     return np.array([kind.startswith("offset") for kind in population.kinds], dtype=bool)
 
 
+def alike(population: Population) -> dict[str, FloatArray]:
+    """Return (N,) radians of what all sensitivities and all offsets of each calibration do alike."""
+    values = _relative(population)
+    return {
+        METER_GAIN: values[:, is_gain(population)].mean(axis=1),
+        METER_OFFSET: values[:, is_offset(population)].mean(axis=1),
+    }
+
+
+def _relative(population: Population) -> FloatArray:
+    """Return (N, p) radians; a sensitivity that is negative grows with the gain of the meter as well."""
+    values, gain = population.coordinates.copy(), is_gain(population)
+    values[:, gain] *= np.sign(population.numbers.sensitivity)
+    return values
+
+
 def _parts(population: Population) -> tuple[Mapping[str, FloatArray], list[str]]:
     """Return (N,) radians by name, the meter's first, and the kind of each."""
-    values, names = population.coordinates, population.characteristics.names
+    values, names = _relative(population), population.characteristics.names
     gain, offset = is_gain(population), is_offset(population)
-    alike = {METER_GAIN: values[:, gain].mean(axis=1), METER_OFFSET: values[:, offset].mean(axis=1)}
-    parts, kinds = dict(alike), [METER_GAIN, METER_OFFSET]
+    parts, kinds = alike(population), [METER_GAIN, METER_OFFSET]
     for kind, columns, mean in (
-        ("offset", offset, alike[METER_OFFSET]),
-        ("gain", gain, alike[METER_GAIN]),
+        ("offset", offset, parts[METER_OFFSET]),
+        ("gain", gain, parts[METER_GAIN]),
         ("angle", ~(gain | offset), 0.0),
     ):
         where = np.flatnonzero(columns)
@@ -79,10 +96,14 @@ def _parts(population: Population) -> tuple[Mapping[str, FloatArray], list[str]]
     return parts, kinds
 
 
-def _stated(population: Population, rows: slice) -> dict[str, FloatArray]:
-    """Return the (n,) variance of a component of each kind by the certificates."""
-    variance = population.scatter_rad[rows] ** 2
-    gain, offset = is_gain(population), is_offset(population)
+def variance_of_families(numbers: PackageNumbers, found: Characteristics) -> dict[str, FloatArray]:
+    """Return the (n,) variance, rad², of a component of each family by the part that is drawn anew in every run.
+
+    ``found``: the characteristics of the numbers, n calibrations or n parts of one.
+    """
+    variance = (found.scatter / found.scale) ** 2
+    kinds = np.array([name.partition(".")[0] for name in found.names])
+    gain, offset = np.char.startswith(kinds, "sensitivity"), np.char.startswith(kinds, "offset")
     angle, axes = ~(gain | offset), int(gain.sum())
     of_gain, of_offset = variance[:, gain].mean(axis=1), variance[:, offset].mean(axis=1)
     return {
@@ -91,6 +112,7 @@ def _stated(population: Population, rows: slice) -> dict[str, FloatArray]:
         "gain": of_gain * (1.0 - 1.0 / axes),
         "offset": of_offset * (1.0 - 1.0 / axes),
         "angle": variance[:, angle].mean(axis=1) if angle.any() else np.zeros(len(variance)),
+        TILT: _across_variance(numbers),
     }
 
 
@@ -105,18 +127,17 @@ def _runs_dof(population: Population) -> float:
     return MEAN_EFFICIENCY * len({label.run_id or label.sha256 for label in labels})
 
 
-def _tilts(population: Population, rows: slice) -> tuple[Component, ...]:
+def _tilts(population: Population, rows: slice, stated: FloatArray) -> tuple[Component, ...]:
     tilt = np.radians(population.rotation_deg(rows))
-    across, nothing = _across_variance(population, rows), Scatter(np.zeros(1), np.zeros(1), np.zeros(1))
+    nothing = Scatter(np.zeros(1), np.zeros(1), np.zeros(1))
     return tuple(
-        Component(f"table tilt {axis}", _TILT, 3, tilt[:, index], across, nothing) for index, axis in enumerate("xyz")
+        Component(f"table tilt {axis}", TILT, 3, tilt[:, index], stated, nothing) for index, axis in enumerate("xyz")
     )
 
 
-def _across_variance(population: Population, rows: slice) -> FloatArray:
+def _across_variance(numbers: PackageNumbers) -> FloatArray:
     """Return the (n,) variance of a rotation by the certificates: that of directions, over the axes that tell it."""
-    numbers = population.numbers
-    k, covariance = numbers.k[rows], numbers.scatter[rows][..., 1:, 1:]
+    k, covariance = numbers.k, numbers.scatter[..., 1:, 1:]
     size = np.linalg.norm(k, axis=-1)
     unit = k / size[..., None]
     along = np.einsum("nai,naij,naj->na", unit, covariance, unit)

@@ -237,7 +237,8 @@ class _Watch:
         scatter, scale = regime.scatter, found.scale[rows.start : rows.start + 1]
         has_rate = len(regime.members) >= LEAST_POINTS_OF_DRIFT
         slope, spread = regime.slopes
-        low, high, centre = (part * scale for part in (self.low, self.high, self.centre))
+        shared = 0.0 if self.population.shared_rad is None else self.population.shared_rad[rows]
+        low, high, centre = ((part + shared) * scale for part in (self.low, self.high, self.centre))
         return tuple(
             Chart(
                 name,
@@ -264,14 +265,16 @@ def _whose(population: Population, rows: slice, index: int, regime: Regime) -> s
     the same time does not hide it.
     """
     label, found = population.labels[rows.start + index], population.coordinates[rows.start + index]
-    value, scale = (getattr(population.characteristics, name)[rows.start + index] for name in ("value", "scale"))
+    scale, first = population.characteristics.scale[rows.start + index], population.first_scale[rows.start + index]
+    value = found * first
     width = found.size
     variance, newest = regime.difference_variance(index), regime.newest
     if chi_square_tail(float(((found - newest) ** 2 / variance).sum()), width) > _NEWEST_P:
         return None
     best, partner = _OTHERS_P, None
     for start, stop in _others(population, label):
-        before = population.characteristics.value[max(start, stop - _REMEMBERED) : stop]
+        last = slice(max(start, stop - _REMEMBERED), stop)
+        before = population.coordinates[last] * population.first_scale[last]
         distance = (np.median(before, axis=0) - value) / scale
         chance = float(chi_square_tail(float((distance**2 / variance).sum()), width))
         if chance > best:

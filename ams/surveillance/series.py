@@ -39,6 +39,9 @@ class Population:
 
     labels: Sequence[PointLabel]
     numbers: PackageNumbers
+    shared_rad: FloatArray | None = None
+    """(N, p) what of the coordinates is no sensor's but the meter's (:mod:`ams.surveillance.shared_changes`); None for
+    nothing."""
 
     @cached_property
     def characteristics(self) -> Characteristics:
@@ -46,12 +49,17 @@ class Population:
 
     @cached_property
     def coordinates(self) -> FloatArray:
-        """(N, p) characteristics as small angles, radians.
+        """(N, p) characteristics as small angles, radians, without what is the meter's.
 
         Sensitivities and offsets are against the first of the sensor's calibrations.
         """
-        found = self.characteristics
-        return found.value / found.scale[self.starts[self.sensor_index]]
+        angles = self.characteristics.value / self.first_scale
+        return angles if self.shared_rad is None else angles - self.shared_rad
+
+    @cached_property
+    def first_scale(self) -> FloatArray:
+        """(N, p) what a change is divided by to become a small angle, of the sensor's first calibration."""
+        return np.asarray(self.characteristics.scale[self.starts[self.sensor_index]])
 
     @cached_property
     def scatter_rad(self) -> FloatArray:

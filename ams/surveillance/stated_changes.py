@@ -28,6 +28,7 @@ from ams.sets.canonical import Document, listed, table
 from ams.sets.sensed_quantity import FIELDS
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.characteristics import PackageNumbers, characteristics_of, placed_rows, scatter_rows
+from ams.surveillance.check_components import variance_of_families
 from ams.surveillance.series import Population
 
 FEW_DOF = 6.0
@@ -63,6 +64,28 @@ class StatedChange:
 
 def stated_scatter(document: Document, sensor: str) -> StatedScatter:
     """Return what the checked document of a set states. Raises: SetError for a model that is not installed here."""
+    numbers, names, dof = _parts_of(document, sensor)
+    found = characteristics_of(numbers)
+    return _stated(document, (found.scatter / found.scale) ** 2, names, dof)
+
+
+def stated_families(document: Document, sensor: str) -> tuple[tuple[str, ...], StatedScatter]:
+    """Return the families of a check sensor's components, and what a set states of each as ``stated_scatter`` does.
+
+    Raises: SetError for a model that is not installed here.
+    """
+    numbers, names, dof = _parts_of(document, sensor)
+    variance = variance_of_families(numbers, characteristics_of(numbers))
+    return tuple(variance), _stated(document, np.stack(list(variance.values()), axis=1), names, dof)
+
+
+def _stated(document: Document, variance: FloatArray, names: Sequence[str], dof: Sequence[float]) -> StatedScatter:
+    of_standards = np.array([name.startswith(_OF_STANDARDS) for name in names], dtype=bool)
+    return StatedScatter(variance, np.array(dof), of_standards, _certificates(document))
+
+
+def _parts_of(document: Document, sensor: str) -> tuple[PackageNumbers, list[str], list[float]]:
+    """Return b and k with the covariance of each part by itself, n parts, and their names and degrees of freedom."""
     vectors, of_axis, covariances, names, dof = [], [], [], [], []
     for index, (axis, section) in enumerate(table(document["axes"]).items()):
         numbers = axis_numbers(axis, table(section))
@@ -80,13 +103,7 @@ def stated_scatter(document: Document, sensor: str) -> StatedScatter:
     whole = np.zeros((len(names), len(nominal), 4, 4))
     for row, (axis_index, covariance) in enumerate(zip(of_axis, covariances, strict=True)):
         whole[row, axis_index] = covariance
-    found = characteristics_of(PackageNumbers(nominal, np.tile(vectors, (len(names), 1, 1)), whole, whole))
-    return StatedScatter(
-        (found.scatter / found.scale) ** 2,
-        np.array(dof),
-        np.array([name.startswith(_OF_STANDARDS) for name in names], dtype=bool),
-        _certificates(document),
-    )
+    return PackageNumbers(nominal, np.tile(vectors, (len(names), 1, 1)), whole, whole), names, dof
 
 
 def stated_change(population: Population, sensor: str, stated: Sequence[StatedScatter]) -> StatedChange:
@@ -94,7 +111,7 @@ def stated_change(population: Population, sensor: str, stated: Sequence[StatedSc
     rows = population.rows_of(sensor)
     coordinates, names = population.coordinates[rows], population.characteristics.names
     change = np.abs(coordinates[-1] - coordinates[:-1])
-    limit = np.array([_limit(before, stated[-1], change.size) for before in stated[:-1]])
+    limit = np.array([explained_rad([before], stated[-1], change.size) for before in stated[:-1]])
     farthest = np.argmax(change - limit, axis=0)
     changes = [
         f"{words_of_characteristic(names[column])} by {np.degrees(change[at, column]):.4f}° since "
@@ -109,11 +126,15 @@ def stated_change(population: Population, sensor: str, stated: Sequence[StatedSc
     return StatedChange(sentence if changes else "", float(np.degrees(limit.max())))
 
 
-def _limit(before: StatedScatter, newest: StatedScatter, tests: int) -> FloatArray:
-    """Return (p,) how far two calibrations of an unchanged sensor differ at most, radians."""
-    is_same = bool(before.certificates) and before.certificates == newest.certificates
-    parts = [part.variance_rad2[~(part.is_of_standards & is_same)] for part in (before, newest)]
-    dof = [part.dof[~(part.is_of_standards & is_same)] for part in (before, newest)]
+def explained_rad(before: Sequence[StatedScatter], newest: StatedScatter, tests: int) -> FloatArray:
+    """Return (p,) how far a calibration of an unchanged sensor is off the mean of those before it at most, radians.
+
+    ``tests``: how many such questions are asked at once.
+    """
+    is_same = bool(newest.certificates) and all(part.certificates == newest.certificates for part in before)
+    counted = [(newest, 1.0), *((part, float(len(before)) ** -2) for part in before)]
+    parts = [part.variance_rad2[~(part.is_of_standards & is_same)] * weight for part, weight in counted]
+    dof = [part.dof[~(part.is_of_standards & is_same)] for part, _ in counted]
     variance = np.concatenate(parts)
     level = 1.0 - (1.0 - STATED_LEVEL) / tests
     factor = t_quantile(level, difference_dof(variance, np.concatenate(dof)))

@@ -18,6 +18,11 @@ from procedures.solution.request import SolvedSensor
 from procedures.solution.run_findings import findings_of_sensor
 from rig.clock import SystemClock
 
+WHAT_TO_DO_ABOUT_A_SWAP = (
+    "look at serial numbers, channels and cables, put right what was exchanged and calibrate again; or, where each is "
+    "what its name says, release the sets (calrig archive release)"
+)
+
 
 def publish_solved(
     archive_url: str,
@@ -89,24 +94,33 @@ def run_entry(folder: Path, record: RunRecord) -> RunEntry:
 def history_findings(archive_url: str, publications: Sequence[Publication], now_utc: datetime) -> Iterator[str]:
     """Yield what each sensor's history says with the calibration that was published just now, a sentence each.
 
-    That is what was seen by it, a drift that goes on, and a change that its uncertainties do not explain where nothing
-    can be judged yet; all of it where later calibrations are there already. Before that which of the sensor's sets are
-    dated after ``now_utc``.
+    That is which of them look exchanged, what all sensors of its run changed alike, what was seen by it, a drift that
+    goes on, and a change that its uncertainties do not explain where nothing can be judged yet; all of it where later
+    calibrations are there already. Before that which of the sensor's sets are dated after ``now_utc``.
     """
     try:
         yield from archived_ahead(archive_url, [publication.sensor for publication in publications], now_utc)
     except ArchiveError as error:
         yield str(error)
+    swaps = dict.fromkeys(entry.exchanged for entry in publications if entry.is_new and entry.exchanged)
+    yield from (f"{sentence}: in quarantine; {WHAT_TO_DO_ABOUT_A_SWAP}" for sentence in swaps)
+    shared: set[str] = set()
     for publication in publications:
         if not publication.is_new:
             continue
         try:
-            found = history(archive_url, publication.sensor).history
+            whole = history(archive_url, publication.sensor)
         except ArchiveUnknown:  # its only set is in quarantine, which counts for no history and is told with the run
             continue
         except ArchiveError as error:  # what was published stands; only the look at the years before is missing
             yield str(error)
             continue
+        found = whole.history
+        run_id = next((label.run_id for label in found.labels if label.sha256 == publication.sha256), None)
+        for change in whole.shared:
+            if change.run_id == run_id and change.sentence not in shared:
+                shared.add(change.sentence)
+                yield change.sentence
         is_newest = found.labels[-1].sha256 == publication.sha256
         last = max((at for at, finding in enumerate(found.findings) if finding.kind != "mix-up"), default=None)
         for at, finding in enumerate(found.findings):

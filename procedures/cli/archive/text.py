@@ -224,6 +224,7 @@ def history_lines(found: SensorHistory) -> Iterator[str]:
         yield f"{finding.kind}: {finding.sentence}"
         if finding.rig_cause is not None:
             yield f"  but see the check sensor: {finding.rig_cause}"
+    yield from (f"not the sensor: {sentence}" for sentence in found.not_its_doing)
     for held in found.in_quarantine:
         yield (
             f"left out: the calibration of {held.created_utc:%Y-%m-%d} (set {held.sha256[:12]}) is in quarantine: "

@@ -11,10 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from ams.archive.histories import with_rig_causes
 from ams.archive.synthetic import CHECK_SENSOR, RIG, START, Story, synthetic_archive
-from ams.surveillance.characteristics import PackageNumbers
-from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors
+from ams.surveillance.characteristics import PackageNumbers, characteristics_of
+from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors, unexplained_changes
+from ams.surveillance.check_components import variance_of_families
 from ams.surveillance.control_chart import history_of
 from ams.surveillance.series import PointLabel, Population
+from ams.surveillance.stated_changes import StatedScatter
 from ams.units import RAD_PER_ARCSEC
 
 CAMPAIGN = 9
@@ -157,7 +159,9 @@ def test_before_limits_exist_nothing_is_said_to_have_stayed_as_it_was() -> None:
     )  # fmt: skip
     found = check_history(Population(labels, numbers), CHECK_SENSOR)
     assert (found.is_judged, found.differences, found.findings) == (False, 2, ())
-    (said,) = [text for text in found.unexplained if text.startswith("table tilt z")]
+    spread = (2.5 * STORY.noise_arcsec * RAD_PER_ARCSEC) ** 2
+    told = unexplained_changes(found, [stated_by(primary[last], np.full((3, 4), spread), 3)] * 3)
+    (said,) = [text for text in told if text.startswith("table tilt z")]
     assert float(said.removeprefix("table tilt z ").partition("°")[0]) == pytest.approx(0.2, abs=0.001)
 
 
@@ -257,4 +261,41 @@ def test_limits_exist_with_the_fifth_run_and_how_wide_they_are_is_told(runs: int
     assert (found.differences, found.is_judged) == (known, known == 4)
     if found.is_judged:
         assert found.unseen_deg["meter"] > 0.01, "ten sigma: two degrees of freedom"
-        assert any("meter gain" in text for text in found.unexplained)
+        sets = [stated_by(np.hstack([np.zeros((3, 1)), np.eye(3)]), np.full((3, 4), RAD_PER_ARCSEC**2), 6)] * runs
+        assert found.rests_on_few
+        assert any("meter gain" in text for text in unexplained_changes(found, sets))
+
+
+def stated_by(primary: FloatArray, variance: FloatArray, replications: int) -> tuple[tuple[str, ...], StatedScatter]:
+    """What a set states of a check sensor's components: (3, 4) variances, of each axis by its replications alone."""
+    parts = np.zeros((3, 3, 4, 4))
+    for axis in range(3):
+        parts[axis, axis] = np.diag(variance[axis])
+    numbers = PackageNumbers(("x", "y", "z"), np.tile(primary, (3, 1, 1)), parts, parts)
+    families = variance_of_families(numbers, characteristics_of(numbers))
+    scatter = StatedScatter(
+        np.stack(list(families.values()), axis=1), np.full(3, replications - 1.0), np.zeros(3, dtype=bool), ()
+    )
+    return tuple(families), scatter
+
+
+def told_share(replications: int, runs: int, gain: float, histories: int) -> float:
+    """Of how many check sensors, whose meter reads more by ``gain`` in the latest run, anything is told."""
+    count, noise = 0, RAD_PER_ARCSEC
+    for seed in range(histories):
+        chance = np.random.default_rng(seed)
+        population = alone(runs, seed, lambda run, _: (gain * (run == runs - 1), np.zeros(3)))
+        variances = noise**2 * chance.chisquare(replications - 1, (runs, 3, 4)) / (replications - 1)
+        rows = zip(population.numbers.primary, variances, strict=True)
+        stated = [stated_by(primary, variance, replications) for primary, variance in rows]
+        count += bool(unexplained_changes(check_history(population, CHECK_SENSOR), stated))
+    return count / histories
+
+
+@pytest.mark.parametrize(("replications", "runs"), [(2, 2), (3, 3), (6, 2)])
+def test_of_sound_first_runs_five_of_a_hundred_are_told_at_most(replications: int, runs: int) -> None:
+    assert told_share(replications, runs, 0.0, 100) <= 0.05 + 3.0 * np.sqrt(0.05 * 0.95 / 100)
+
+
+def test_a_gain_of_a_few_expanded_uncertainties_is_told_in_the_second_run() -> None:
+    assert told_share(6, 2, 10.0 * RAD_PER_ARCSEC, 40) > 0.6

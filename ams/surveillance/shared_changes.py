@@ -1,0 +1,255 @@
+"""What the sensors of a run changed alike since their own last calibrations: the meter's, or the table's, not theirs.
+
+A gain of the meter is common to all sensors that it reads, and so is a turn of the table to all check sensors that stay
+mounted. Each sensor by itself tells it from its own scatter only; n sensors together tell a change √n times smaller,
+and tell it in the second run, since what they differ by among one another is known by then.
+
+Components are those of a check sensor (:mod:`ams.surveillance.check_components`): gain and offset of the meter from
+every sensor that was calibrated on the rig before, the rotation from check sensors alone, since the others were
+remounted. Run by run the changes d_s since each sensor's last calibration on this rig are fitted by one common part,
+d_s = c_s·μ + e_s, where c_s is 1 for gain and rotation and goes as 1 / sensitivity for an offset of the meter in volts.
+
+1. A sensor that does not do what the others do is taken out, the farthest first, while more than half are left.
+2. The scatter of e is what the sensors that agree differ by, in this run and the ones before; it is never less than
+   their certificates state. μ is held against Student's t of it.
+3. Where five runs or more tell how much the meter wanders from run to run, μ is held against that as well, by the
+   median so that one change does not hide the next: a meter that always does so has not changed.
+
+What is told is taken out of all that this rig calibrated since, before the next run is looked at.
+
+The watch of a run (:mod:`ams.surveillance.common_mode`) fits the same causes to readings at visits, whose scatter it
+knows; between calibrations there are no readings, and the scatter has to be learned over the years.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+
+import numpy as np
+
+from ams.arrays import BoolArray, FloatArray
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
+from ams.statistics.intervals import t_quantile
+from ams.surveillance.check_components import (
+    METER_GAIN,
+    METER_OFFSET,
+    TILT,
+    alike,
+    is_gain,
+    is_offset,
+    variance_of_families,
+)
+from ams.surveillance.common_mode_words import who_agree
+from ams.surveillance.series import Population
+
+LEVEL = 0.002
+"""Chance of any false alarm in one run."""
+PAIR_EFFICIENCY = 2.0 / 3.0
+"""Degrees of freedom of each difference between successive runs: neighbours share a calibration, correlated by −1/2."""
+LEAST_WANDER = 5
+"""Runs from which on it is known how much the meter changes from one to the next."""
+USUAL_LEVEL = 0.01
+"""Chance that what a meter does from run to run is taken for more than that."""
+_TILTS = ("table tilt x", "table tilt y", "table tilt z")
+
+
+@dataclass(frozen=True)
+class SharedChange:
+    """What several sensors changed alike in one run."""
+
+    run_id: str
+    rig: str
+    since_utc: datetime
+    """The earliest calibration of the run: from then on all that the rig calibrates is so."""
+    component: str
+    """Of a check sensor: ``meter gain``, ``meter offset``, ``table tilt x`` …"""
+    size_rad: float
+    """As an angle at full sensitivity; of an offset at the median sensitivity of the kind."""
+    standard_uncertainty_rad: float
+    sensors: tuple[str, ...]
+    """That did so."""
+    sentence: str
+
+
+def shared_changes(population: Population) -> tuple[SharedChange, ...]:
+    """Return what the sensors of each run changed alike, the earliest first, on every rig by itself."""
+    if not population.numbers.sensitivity.all():
+        return ()
+    of_gain = [*_of_gain(population)]
+    found = [*of_gain, *_of_offset(population, of_gain), *_of_rotation(population)]
+    return tuple(sorted(found, key=lambda change: change.since_utc))
+
+
+def taken_out_rad(population: Population, changes: Sequence[SharedChange]) -> FloatArray:
+    """Return (N, p) what of the population's coordinates is the meter's, by the changes that were told."""
+    shared = np.zeros_like(population.coordinates)
+    times = [label.created_utc for label in population.labels]
+    gain, offset = np.flatnonzero(is_gain(population)), np.flatnonzero(is_offset(population))
+    for change in changes:
+        rows = np.array(
+            [
+                time >= change.since_utc and label.rig == change.rig
+                for time, label in zip(times, population.labels, strict=True)
+            ]
+        )
+        if change.component == METER_GAIN:  # which every output has as a whole, its offset too
+            shared[np.ix_(rows, gain)] += change.size_rad * np.sign(population.numbers.sensitivity[rows])
+            shared[np.ix_(rows, offset)] += change.size_rad * population.coordinates[np.ix_(rows, offset)]
+        elif change.component == METER_OFFSET:
+            shared[np.ix_(rows, offset)] += change.size_rad * _per_volt(population)[rows, None]
+    return shared
+
+
+def _per_volt(population: Population) -> FloatArray:
+    """Return (N,) what an offset of the meter amounts to as an angle, against a package of the median sensitivity."""
+    sensitivity = np.abs(population.numbers.sensitivity).mean(axis=1)
+    return np.asarray(np.median(sensitivity) / sensitivity)
+
+
+def _of_gain(population: Population) -> Iterator[SharedChange]:
+    everybody = np.ones(len(population.labels), dtype=bool)
+    ones = everybody.astype(float)
+    variance = variance_of_families(population.numbers, population.characteristics)[METER_GAIN]
+    for rig in _rigs(population):
+        values = alike(population)[METER_GAIN]
+        yield from _Watch(population, rig, METER_GAIN, values, ones, variance, everybody).changes()
+
+
+def _of_offset(population: Population, of_gain: Sequence[SharedChange]) -> Iterator[SharedChange]:
+    """Yield changes of the meter's offset beside those of its gain, which an offset has as well."""
+    everybody = np.ones(len(population.labels), dtype=bool)
+    variance = variance_of_families(population.numbers, population.characteristics)[METER_OFFSET]
+    offsets = (population.coordinates - taken_out_rad(population, of_gain))[:, is_offset(population)]
+    for rig in _rigs(population):
+        values, column = offsets.mean(axis=1), _per_volt(population)
+        yield from _Watch(population, rig, METER_OFFSET, values, column, variance, everybody).changes()
+
+
+def _of_rotation(population: Population) -> Iterator[SharedChange]:
+    mounted = np.array([label.is_check for label in population.labels], dtype=bool)
+    checked = dict.fromkeys(label.sensor for label in population.labels if label.is_check)
+    if len(checked) < 2:
+        return
+    ones = np.ones(len(population.labels))
+    variance = variance_of_families(population.numbers, population.characteristics)[TILT]
+    tilts = np.zeros((len(population.labels), 3))
+    for sensor in checked:
+        rows = population.rows_of(sensor)
+        tilts[rows] = np.radians(population.rotation_deg(rows))
+    for name, values in zip(_TILTS, tilts.T, strict=True):
+        for rig in _rigs(population):
+            yield from _Watch(population, rig, name, values, ones, variance, mounted).changes()
+
+
+def _rigs(population: Population) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(label.rig for label in population.labels))
+
+
+class _Watch:
+    """One component on one rig as its runs come in."""
+
+    def __init__(
+        self,
+        population: Population,
+        rig: str,
+        name: str,
+        values: FloatArray,
+        column: FloatArray,
+        stated: FloatArray,
+        counts: BoolArray,
+    ) -> None:
+        self.labels, self.rig, self.name = population.labels, rig, name
+        self.values, self.column, self.stated, self.counts = values.copy(), column, stated, counts
+        self.squares, self.dof = 0.0, 0.0
+        self.wander: list[float] = []
+
+    def changes(self) -> Iterator[SharedChange]:
+        """Yield what was changed alike, run by run."""
+        runs: dict[str, list[int]] = {}
+        for index, label in enumerate(self.labels):
+            if label.run_id is not None and label.rig == self.rig:
+                runs.setdefault(label.run_id, []).append(index)
+        for run_id in sorted(runs, key=lambda run: min(self.labels[index].created_utc for index in runs[run])):
+            change = self._judged(run_id, runs[run_id])
+            if change is not None:
+                yield change
+
+    def _judged(self, run_id: str, rows: Sequence[int]) -> SharedChange | None:
+        later = np.array([index for index in rows if self._follows(index)], dtype=np.int64)
+        if later.size < 2:
+            return None
+        change, column = self.values[later] - self.values[later - 1], self.column[later]
+        stated = self.stated[later] + self.stated[later - 1]
+        agree = self._agreeing(change, column, stated)
+        fit = _Fit(change[agree], column[agree], self.squares, self.dof, float(stated[agree].mean()))
+        level = LEVEL / (2 + len(_TILTS))
+        is_seen = abs(fit.size) > fit.limit(level)
+        if is_seen and len(self.wander) >= LEAST_WANDER:
+            usual = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(self.wander)))
+            is_seen = abs(fit.size) > float(t_quantile(1.0 - USUAL_LEVEL, PAIR_EFFICIENCY * len(self.wander))) * usual
+        self.squares += PAIR_EFFICIENCY * fit.squares
+        self.dof += PAIR_EFFICIENCY * fit.dof
+        self.wander.append(fit.size)
+        return self._shared(run_id, rows, later, agree, fit) if is_seen else None
+
+    def _shared(
+        self, run_id: str, rows: Sequence[int], later: "np.typing.NDArray[np.int64]", agree: BoolArray, fit: "_Fit"
+    ) -> SharedChange:
+        since = min(self.labels[index].created_utc for index in rows)
+        after = np.array([label.rig == self.rig and label.created_utc >= since for label in self.labels], dtype=bool)
+        self.values[after] -= fit.size * self.column[after]
+        names = [self.labels[index].sensor for index in later]
+        alike_names = tuple(name for name, agrees in zip(names, agree, strict=True) if agrees)
+        who = who_agree(alike_names, names)
+        size, spread = float(np.degrees(fit.size)), float(np.degrees(fit.error))
+        what = f"at {since:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
+        if self.name in _TILTS:
+            said = f"{what}: {who} turned alike, who stayed mounted: the table or its base, not the sensors"
+        else:
+            said = (
+                f"{what}: {who} of that run changed alike since their own last calibrations: the meter, or what all of "
+                "them share (supply, temperature), not the sensors"
+            )
+        return SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, said)
+
+    def _follows(self, index: int) -> bool:
+        """Return whether the sensor was calibrated on this rig before, and tells this component."""
+        if index == 0 or not (self.counts[index] and self.counts[index - 1]):
+            return False
+        before, label = self.labels[index - 1], self.labels[index]
+        return before.sensor == label.sensor and before.rig == label.rig
+
+    def _agreeing(self, change: FloatArray, column: FloatArray, stated: FloatArray) -> BoolArray:
+        """Return (m,) which sensors do alike: the farthest is taken out while more than half are left."""
+        agree = np.ones(change.size, dtype=bool)
+        while agree.sum() >= 3 and 2 * (int(agree.sum()) - 1) > change.size:
+            middle = np.median(change[agree] / column[agree])
+            away = np.where(agree, np.abs(change - column * middle), -np.inf)
+            rest = agree.copy()
+            rest[int(np.argmax(away))] = False
+            fit = _Fit(change[rest], column[rest], self.squares, self.dof, float(stated[rest].mean()))
+            off = float(np.abs(change - column * fit.size)[agree & ~rest].item())
+            limit = float(t_quantile(1.0 - LEVEL / change.size, fit.all_dof)) * np.sqrt(fit.variance)
+            if off <= limit * np.sqrt(1.0 + 1.0 / rest.sum()):
+                break
+            agree = rest
+        return agree
+
+
+class _Fit:
+    """The common part of m changes, and the scatter of one."""
+
+    def __init__(
+        self, change: FloatArray, column: FloatArray, squares_before: float, dof_before: float, stated: float
+    ) -> None:
+        weight = float(column @ column)
+        self.size = float(column @ change) / weight
+        self.squares = float(((change - column * self.size) ** 2).sum())
+        self.dof = float(change.size - 1)
+        self.all_dof = self.dof + dof_before
+        self.variance = max((self.squares + squares_before) / self.all_dof, stated, float(np.finfo(float).tiny))
+        self.error = float(np.sqrt(self.variance / weight))
+
+    def limit(self, level: float) -> float:
+        """Return how large the common part of sensors that did not change is at most."""
+        return float(t_quantile(1.0 - level, self.all_dof)) * self.error

@@ -1,0 +1,186 @@
+"""What all sensors of a run changed alike is the meter's or the table's, and is laid to none of them."""
+
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from archived_runs import a_run, a_sensor
+from scipy.spatial.transform import Rotation
+
+from ams.archive.histories import history
+from ams.archive.runs import publish_run
+from ams.archive.synthetic import AXES, RIG, START
+from ams.arrays import FloatArray
+from ams.surveillance.characteristics import PackageNumbers
+from ams.surveillance.check_chart import check_history
+from ams.surveillance.control_chart import history_of
+from ams.surveillance.series import PointLabel, Population
+from ams.surveillance.shared_changes import shared_changes, taken_out_rad
+from ams.units import RAD_PER_ARCSEC
+
+NOISE_ARCSEC, DAY_ARCSEC, REMOUNT_ARCSEC = 0.5, 2.0, 30.0
+
+
+@dataclass(frozen=True)
+class Laboratory:
+    """Packages on one table read by one meter, once a year; the last run's meter and table may be others."""
+
+    sensors: int = 8
+    runs: int = 8
+    checks: int = 1
+    """So many of them stay mounted."""
+    gain_arcsec: float = 0.0
+    offset_arcsec: float = 0.0
+    """Of a package of 2.5 V/g."""
+    tilt_arcsec: float = 0.0
+    drop_arcsec: float = 0.0
+    """Of the last package alone."""
+    wander_arcsec: float = 0.0
+    """Of the meter's gain, every year anew."""
+    sensitivity: tuple[float, float] = (2.5, 2.5)
+    is_reversed: bool = False
+    """Whether the y axis of every package is mounted the other way."""
+
+
+def measured(laboratory: Laboratory, seed: int) -> Population:
+    chance = np.random.default_rng(seed)
+    rows: list[tuple[PointLabel, FloatArray]] = []
+    names = [f"CHECK-{index}" if index < laboratory.checks else f"SN{index}" for index in range(laboratory.sensors)]
+    levels = {
+        name: (chance.normal(0.0, 0.005, (3, 1)), np.eye(3) + chance.normal(0.0, 0.003, (3, 3)), scale)
+        for name, scale in zip(names, chance.uniform(*laboratory.sensitivity, len(names)), strict=True)
+    }
+    signs = np.array([[1.0], [-1.0 if laboratory.is_reversed else 1.0], [1.0]])
+    for run in range(laboratory.runs):
+        is_last = run == laboratory.runs - 1
+        gain = laboratory.wander_arcsec * chance.standard_normal() + laboratory.gain_arcsec * is_last
+        for name in names:
+            offset, k, scale = levels[name]
+            stays = name.startswith("CHECK")
+            turn = [0.0, laboratory.tilt_arcsec * is_last, 0.0] if stays else chance.normal(0.0, REMOUNT_ARCSEC, 3)
+            day = chance.normal([0.0, gain], DAY_ARCSEC, (3, 2))
+            day[:, 1] += laboratory.drop_arcsec * (is_last and name == names[-1])
+            primary = np.hstack(
+                [
+                    offset
+                    + scale * RAD_PER_ARCSEC * day[:, :1]
+                    + 2.5 * RAD_PER_ARCSEC * laboratory.offset_arcsec * is_last,
+                    signs * Rotation.from_rotvec(RAD_PER_ARCSEC * np.array(turn)).apply(k) * scale
+                    * (1.0 + RAD_PER_ARCSEC * day[:, 1:]),
+                ]
+            )  # fmt: skip
+            primary += scale * NOISE_ARCSEC * RAD_PER_ARCSEC * chance.standard_normal((3, 4))
+            when = START + timedelta(days=365 * run)
+            rows.append((PointLabel(f"{name}{run}", name, f"run-{run:02d}", when, RIG, stays, 9.8), primary))
+    rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
+    spread = np.eye(4) * (2.5 * NOISE_ARCSEC * RAD_PER_ARCSEC) ** 2
+    covariance = np.broadcast_to(spread, (len(rows), 3, 4, 4)).copy()
+    numbers = PackageNumbers(AXES, np.stack([primary for _, primary in rows]), covariance, covariance)
+    return Population([label for label, _ in rows], numbers)
+
+
+def blamed(population: Population) -> set[str]:
+    names = {label.sensor for label in population.labels}
+    return {name for name in names if history_of(population, name).findings}
+
+
+def without(population: Population) -> Population:
+    return replace(population, shared_rad=taken_out_rad(population, shared_changes(population)))
+
+
+@pytest.mark.parametrize(
+    "laboratory",
+    [
+        Laboratory(gain_arcsec=20.0),
+        Laboratory(gain_arcsec=20.0, is_reversed=True),
+        Laboratory(offset_arcsec=20.0),
+        Laboratory(offset_arcsec=20.0, sensitivity=(1.0, 3.0)),
+    ],
+)
+def test_a_meter_that_changed_is_named_and_no_sensor_is(laboratory: Laboratory) -> None:
+    """Ten times a sensor's scatter: every one of them was said to have made a step."""
+    for seed in range(3):
+        population = measured(laboratory, seed)
+        component = "meter gain" if laboratory.gain_arcsec else "meter offset"
+        (change,) = shared_changes(population)
+        assert (change.component, change.run_id) == (component, f"run-{laboratory.runs - 1:02d}")
+        assert len(change.sensors) >= laboratory.sensors - 1
+        wanted = laboratory.gain_arcsec or laboratory.offset_arcsec * 2.5 / np.median(
+            np.abs(population.numbers.sensitivity)
+        )
+        assert change.size_rad / RAD_PER_ARCSEC == pytest.approx(wanted, abs=4.0 * 2.0)
+        assert len(blamed(population)) > laboratory.sensors / 2
+        assert blamed(without(population)) == set()
+
+
+def test_a_small_change_that_no_sensor_shows_is_told_by_all_together_from_the_second_run_on() -> None:
+    """Four times as large as a sensor's scatter in one axis; the first two runs of eight packages."""
+    found = [shared_changes(measured(Laboratory(runs=2, gain_arcsec=8.0), seed)) for seed in range(20)]
+    assert sum({change.component for change in changes} == {"meter gain"} for changes in found) >= 19
+    assert all(not blamed(measured(Laboratory(runs=2, gain_arcsec=8.0), seed)) for seed in range(3))
+
+
+@pytest.mark.parametrize(
+    "laboratory",
+    [
+        Laboratory(),
+        Laboratory(sensors=3),
+        Laboratory(sensors=2, checks=2),
+        Laboratory(runs=2),
+        Laboratory(drop_arcsec=60.0),
+    ],
+)
+def test_sound_runs_and_one_sensor_that_dropped_are_nothing_that_all_share(laboratory: Laboratory) -> None:
+    """0.2 % of the runs are false alarms at most: of 60 histories of 7 runs one is let pass."""
+    assert sum(bool(shared_changes(measured(laboratory, seed))) for seed in range(60)) <= 1
+
+
+def test_a_sensor_that_dropped_while_the_meter_changed_is_still_found() -> None:
+    population = measured(Laboratory(gain_arcsec=20.0, drop_arcsec=80.0), 1)
+    (change,) = shared_changes(population)
+    assert "SN7" not in change.sensors
+    assert "seven of eight sensors of that run changed alike" in change.sentence
+    assert blamed(without(population)) == {"SN7"}
+
+
+def test_a_meter_that_always_wanders_has_not_changed() -> None:
+    laboratory = Laboratory(runs=16, wander_arcsec=10.0)
+    late = [
+        change
+        for seed in range(20)
+        for change in shared_changes(measured(laboratory, seed))
+        if change.run_id > "run-05"
+    ]
+    assert len(late) <= 8  # of 200 runs at 1 %, the median of a few runs being what it is
+
+
+def test_check_sensors_that_turned_alike_tell_the_table_and_one_alone_tells_nothing_here() -> None:
+    turned = measured(Laboratory(sensors=3, checks=2, tilt_arcsec=30.0), 2)
+    (change,) = shared_changes(turned)
+    assert change.component == "table tilt y"
+    assert "the table or its base, not the sensors" in change.sentence
+    (said,) = [found for found in check_history(turned, "CHECK-0", [change]).findings if found.cause == "table"]
+    assert said.sentence == change.sentence
+    assert shared_changes(measured(Laboratory(sensors=3, checks=1, tilt_arcsec=30.0), 2)) == ()
+
+
+def test_a_check_sensor_says_what_all_changed_alike_once() -> None:
+    population = measured(Laboratory(gain_arcsec=40.0), 3)
+    found = check_history(population, "CHECK-0", shared_changes(population)).findings
+    assert [(finding.cause, finding.component) for finding in found] == [("meter", "meter gain")]
+
+
+def test_the_archive_lays_what_the_meter_did_to_no_sensor(tmp_path: Path) -> None:
+    """Four packages twice, read 300 ppm higher the second time: each was told to have changed."""
+    url = f"sqlite:///{tmp_path / 'archive.sqlite'}"
+    for day, gain in ((0, 1.0), (200, 1.0003)):
+        measured_here = [a_sensor(day, f"SN{index}", read_times=gain) for index in range(1, 5)]
+        publish_run(url, a_run(day), measured_here, a_run(day).ended_utc)
+    found = history(url, "SN1")
+    (change,) = found.shared
+    assert change.component == "meter gain"
+    assert np.degrees(change.size_rad) == pytest.approx(np.degrees(3e-4), rel=0.01)
+    assert found.history.unexplained == ""
+    assert found.not_its_doing == (change.sentence,)
