@@ -53,7 +53,7 @@ def administrative_data(coefficients: CoefficientSet, certificate: IssuedCertifi
             ),
             Element("dcc:calibrationLaboratory", [lab]),
             Element("dcc:respPersons", [_person(coefficients)]),
-            contact("dcc:customer", job.get("customer"), None),
+            contact("dcc:customer", job.get("customer"), job.get("customer_contact")),
             Element("dcc:statements", _statements(coefficients, certificate)),
         ],
     )
@@ -93,7 +93,7 @@ def _core_data(
             *received,
             Element("dcc:beginPerformanceDate", _begun(run_id) or ended),
             Element("dcc:endPerformanceDate", ended),
-            Element("dcc:performanceLocation", "laboratory"),
+            Element("dcc:performanceLocation", "other" if job.get("place") else "laboratory"),
             *_issue(certificate),
         ],
     )
@@ -139,6 +139,7 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         **_amendment(certificate),
         **_as_sealed(coefficients),
         **_capability(coefficients),
+        **_place(coefficients),
         "acceleration unit": f"local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); specific force is "
         "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),
@@ -159,6 +160,12 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])
         for name, text in said.items()
     ]
+
+
+def _place(coefficients: CoefficientSet) -> dict[str, object]:
+    """Return where the work was done, if not at the laboratory's address. Source: ISO/IEC 17025:2017, 7.8.2.1 c."""
+    place = declared(coefficients.provenance["job"]).get("place")
+    return {"place of the calibration": place} if place else {}
 
 
 def _amendment(certificate: IssuedCertificate | None) -> dict[str, object]:

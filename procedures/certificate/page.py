@@ -119,6 +119,7 @@ def _order(grounds: Grounds) -> dict[str, str]:
     sensor, received = table(grounds.coefficients.document["sensor"]), grounds.job.get("received")
     return {
         "Customer": str(grounds.job.get("customer") or "not declared"),
+        "Customer’s contact": str(grounds.job.get("customer_contact") or "not declared"),
         "Item": str(grounds.job.get("item") or "not declared"),
         "Serial number": str(sensor["serial"] or sensor["name"]),
         "Model": str(sensor["model"] or "not declared"),
@@ -126,7 +127,7 @@ def _order(grounds: Grounds) -> dict[str, str]:
         **({"Received": str(received)} if received else {}),
         "Calibrated": _calibrated(grounds),
         "Issued": f"{grounds.issued}",
-        "Place": str(grounds.laboratory.get("address") or "not declared"),
+        "Place": str(grounds.job.get("place") or grounds.laboratory.get("address") or "not declared"),
     }
 
 

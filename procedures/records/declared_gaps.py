@@ -42,14 +42,19 @@ class Declared:
 
 def declared_gaps(declared: Declared) -> Iterator[Said]:
     """Yield what is not declared, and where it is."""
+    is_elsewhere = bool(declared.job.get("place"))
     for key, what in (
         ("name", "name"),
-        ("address", "address, the place of the calibration,"),
+        ("address", "address" if is_elsewhere else "address, the place of the calibration,"),
         ("capability_deg", "stated capability"),
     ):
         if not declared.laboratory.get(key):
             yield Said(f"the laboratory's {what} is not declared", f"declare [laboratory] {key}")
-    for key, what in (("customer", "customer"), ("item", "description of the item")):
+    for key, what in (
+        ("customer", "customer"),
+        ("customer_contact", "contact of the customer (address, e-mail or telephone)"),
+        ("item", "description of the item"),
+    ):
         if not declared.job.get(key):
             yield Said(f"the {what} is not declared", f"declare [job] {key}")
     if not declared.has_standards:

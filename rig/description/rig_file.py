@@ -213,7 +213,11 @@ class Job(StrictTable):
 
     number: str = ""
     customer: str = ""
+    customer_contact: Annotated[str, Field(min_length=1)] | None = None
+    """Address, e-mail or telephone."""
     item: str = ""
+    place: Annotated[str, Field(min_length=1)] | None = None
+    """Where the work was done, if not at the laboratory's address."""
     received: date | None = None
     remarks: str = ""
     relative_humidity_percent: tuple[Percent, Percent] | None = None

@@ -11,7 +11,12 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
 
 LABORATORY = {"name": "Instrument Laboratory", "address": "1 Granite Way, Hampton", "capability_deg": 0.002}
-JOB = {"customer": "Tunnel Ltd, 2 Wind Road", "item": "inclinometer package, clean, no damage", "number": "J-7"}
+JOB = {
+    "customer": "Tunnel Ltd",
+    "customer_contact": "2 Wind Road, tunnel@example.com",
+    "item": "inclinometer package, clean, no damage",
+    "number": "J-7",
+}
 STANDARD = Standard("table", "77", "C-2025-14", date(2027, 1, 31), {"limit_arcsec": 1.0, "kind": "limit"})
 METER = Standard("meter", "3", "C-2025-21", date(2027, 1, 31), {"uncertainty_v": 1e-5, "kind": "limit"})
 LEVEL_STANDARD = Standard("level", "L-12", "C-2025-9", date(2027, 1, 31), {"uncertainty_arcsec": 0.5}, ("level",))

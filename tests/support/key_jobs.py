@@ -66,7 +66,13 @@ environment.air = { standard = "probe" }
 interlocks.temperature.air = { band_degc = [10.0, 30.0] }
 interlocks.voltage."dmm.s" = { band_v = [8.0, 12.0] }
 interlocks.rejected = { most = 5, within = 50 }
-job = { number = "J-7", customer = "Tunnel Ltd", item = "package", received = 2026-02-20, remarks = "clean" }
+job.number = "J-7"
+job.customer = "Tunnel Ltd"
+job.customer_contact = "2 Wind Road"
+job.place = "hall 3"
+job.item = "package"
+job.received = 2026-02-20
+job.remarks = "clean"
 laboratory = { name = "Laboratory", address = "1 Way", capability_deg = 0.0001 }
 acceptance = { pitch_limit_deg = 0.01, roll_limit_deg = 0.01 }
 [chain."dmm.x"]

@@ -72,6 +72,11 @@ def with_conditions() -> CoefficientSet:
     )
 
 
+def elsewhere() -> CoefficientSet:
+    """A set of work done at the customer's, whose contact is declared."""
+    return package(job={"customer": "Tunnel Ltd", "customer_contact": "2 Wind Road", "place": "hall 3, 2 Wind Road"})
+
+
 def capable(capability_deg: float = 0.002) -> CoefficientSet:
     """A set of a laboratory that declares a capability."""
     return package(laboratory={"name": "Instrument Laboratory", "capability_deg": capability_deg})
@@ -82,6 +87,18 @@ AMENDING = IssuedCertificate("N-2", date(2026, 3, 5), "N-1", "address of the  cu
 
 def root_of(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> Any:
     return ElementTree.fromstring(to_dcc(coefficients, certificate))
+
+
+def test_the_customers_contact_and_the_place_of_the_work_stand_in_it() -> None:
+    def said(root: Any, path: str) -> list[str]:
+        return [str(found.text) for found in root.iterfind(path, NS)]
+
+    root, there = root_of(elsewhere()), ".//dcc:customer/dcc:location/dcc:further/dcc:content"
+    assert said(root, there) == ["2 Wind Road"]
+    assert said(root, ".//dcc:performanceLocation") == ["other"]
+    assert "hall 3, 2 Wind Road" in said(root, ".//dcc:statement/dcc:declaration/dcc:content")
+    at_home = root_of(package(job={"customer": "Tunnel Ltd"}))
+    assert (said(at_home, there), said(at_home, ".//dcc:performanceLocation")) == (["not stated"], ["laboratory"])
 
 
 def quantity(root: Any, identifier: str) -> Any:
@@ -103,6 +120,7 @@ def quantity(root: Any, identifier: str) -> Any:
         gyro_set,
         with_rejected_dwells,
         with_conditions,
+        elsewhere,
         capable,
     ],
 )

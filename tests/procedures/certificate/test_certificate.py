@@ -103,10 +103,11 @@ def test_it_holds_what_clause_7_8_asks_for() -> None:
     request = {
         "7.8.2.1 a title": "Calibration certificate",
         "b laboratory": "Instrument Laboratory",
-        "c place": "1 Granite Way, Hampton",
+        "c place": "Place 1 Granite Way, Hampton",
         "d identification": "2026-0117",
         "d end": "End of certificate 2026-0117",
-        "e customer": "Tunnel Ltd, 2 Wind Road",
+        "e customer": "Customer Tunnel Ltd",
+        "e contact of the customer": "Customer’s contact 2 Wind Road, tunnel@example.com",
         "f method": "NASA/TP-1999-209835",
         "g item": "inclinometer package, clean, no damage",
         "g unambiguous": "1047",
@@ -188,6 +189,7 @@ def test_a_calculated_uncertainty_above_the_capability_is_stated_with_its_k() ->
         ({"laboratory": None}, "[laboratory] name"),
         ({"laboratory": {**LABORATORY, "capability_deg": None}}, "[laboratory] capability_deg"),
         ({"job": {"item": "x"}}, "[job] customer"),
+        ({"job": {**JOB, "customer_contact": None}}, "[job] customer_contact"),
         ({"standards": ()}, "no standard is declared"),
         ({"standards": (STANDARD,)}, "no uncertainty of the meter is declared: none of the standards states"),
         ({"standards": (replace(STANDARD, due=date(2026, 2, 1)),)}, "standard table was due on 2026-02-01"),
@@ -389,6 +391,12 @@ def test_counts_need_no_standard_of_volts() -> None:
 def test_a_complete_ground_is_not_refused() -> None:
     check_grounds(_grounds())
     assert SPECIMEN not in _text(_grounds())
+
+
+def test_work_done_elsewhere_has_its_place_and_the_laboratory_its_address() -> None:
+    text = _text(_grounds(coefficients=_set(job={**JOB, "place": "hall 3 of Tunnel Ltd"})))
+    assert "Place hall 3 of Tunnel Ltd" in text
+    assert "Instrument Laboratory · 1 Granite Way, Hampton" in text
 
 
 def test_a_specimen_says_on_every_page_that_it_is_none_and_what_is_missing() -> None:

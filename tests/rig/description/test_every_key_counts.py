@@ -23,6 +23,8 @@ FREE_TEXT = frozenset(
         "level.after.taken",
         "job.number",
         "job.customer",
+        "job.customer_contact",
+        "job.place",
         "job.item",
         "job.remarks",
         "laboratory.name",
