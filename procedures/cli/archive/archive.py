@@ -237,6 +237,9 @@ def history(sensor: str, /, *, archive: Archive = None, plot: Path | None = None
     require_folder_of(plot, "--plot")
     url = archive_url(archive)
     found, ahead = history_of(url, sensor), archived_ahead(url, [sensor], datetime.now(UTC))
+    for label in found.history.labels:
+        if taken_back := taken_back_of(url, label.sha256):
+            note(f"{taken_back}: it counts here all the same, until calrig solve RUN --archive URL withdraws it")
     if plot is not None:
         write_whole(plot, history_figure(found).svg)
     if json:

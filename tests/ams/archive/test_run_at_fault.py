@@ -105,3 +105,15 @@ def test_of_outputs_read_as_declared_as_found_is_judged(tmp_path: Path) -> None:
     assert adjustment is not None
     assert adjustment.as_found is not None
     assert adjustment.as_found.verdict == "pass"
+
+
+def test_what_the_laboratory_does_about_it_is_in_no_reason_that_a_certificate_prints(tmp_path: Path) -> None:
+    finding = replace(TURNED, what_to_do="look at coupling and base, and measure again")
+    second = replace(a_sensor(10), findings=(finding,))
+    url, sha256 = published(tmp_path, second)
+    (listed,) = [entry for entry in list_sets(url) if entry.sha256 == sha256]
+    adjustment = adjustment_of(url, sha256)
+    assert adjustment is not None
+    for said in (listed.quarantine, adjustment.no_as_found):
+        assert finding.fact in str(said)
+        assert "measure again" not in str(said)

@@ -97,7 +97,8 @@ def test_a_set_is_refused_by_its_journal_where_its_archive_was_not_told(
     for words in asks:
         refused = call(capsys, *words, *where)
         assert (refused.status, said in refused.err, "fixture was loose" in refused.err) == (2, True, True), words
-    assert said in call(capsys, "archive", "show", SENSOR, *where).err
+    for words in ("show", "history"):
+        assert said in call(capsys, "archive", words, SENSOR, *where).err
     assert not (run.parent / f"{SENSOR}.json").exists()
     call(capsys, "solve", run, *where)
     assert [entry.status for entry in list_sets(untold)] == ["withdrawn"], "as the refusal says"
