@@ -188,7 +188,7 @@ def test_a_step_that_the_fit_finds_is_the_same_sentence_everywhere_and_keeps_the
     assert text in sensor["axes"]["y"]["warnings"]
     assert all(text in section["warnings"] for section in stored.document["axes"].values())
     (listed,) = list_sets(url)
-    assert listed.quarantine == text
+    assert listed.quarantine == finding["fact"]
     with reading(url, 5.0) as connection, pytest.raises(ArchiveUnknown, match="only sets in quarantine"):
         find_set(connection, SENSOR)
     page = (run / "report.html").read_text(encoding="utf-8")
