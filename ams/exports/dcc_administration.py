@@ -93,7 +93,7 @@ def _core_data(
             *received,
             Element("dcc:beginPerformanceDate", _begun(run_id) or ended),
             Element("dcc:endPerformanceDate", ended),
-            Element("dcc:performanceLocation", "other" if job.get("place") else "laboratory"),
+            Element("dcc:performanceLocation", "other" if job.get("location") else "laboratory"),
             *_issue(certificate),
         ],
     )
@@ -139,7 +139,7 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         **_amendment(certificate),
         **_as_sealed(coefficients),
         **_capability(coefficients),
-        **_place(coefficients),
+        **_location(coefficients),
         "acceleration unit": f"local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); specific force is "
         "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),
@@ -162,10 +162,10 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
     ]
 
 
-def _place(coefficients: CoefficientSet) -> dict[str, object]:
+def _location(coefficients: CoefficientSet) -> dict[str, object]:
     """Return where the work was done, if not at the laboratory's address. Source: ISO/IEC 17025:2017, 7.8.2.1 c."""
-    place = declared(coefficients.provenance["job"]).get("place")
-    return {"place of the calibration": place} if place else {}
+    location = declared(coefficients.provenance["job"]).get("location")
+    return {"place of the calibration": location} if location else {}
 
 
 def _amendment(certificate: IssuedCertificate | None) -> dict[str, object]:

@@ -102,8 +102,8 @@ def _whose(name: str, new: Mapping[str, _Numbers], before: Mapping[str, _Numbers
     if float(f_tail(ratio, count, count)) >= LEVEL / len(before):
         return None
     tests = len(before) * count
-    told_apart = new[name].differs(before[name], tests) and before[name].differs(before[nearest], tests)
-    return nearest if told_apart else None
+    is_distinct = new[name].differs(before[name], tests) and before[name].differs(before[nearest], tests)
+    return nearest if is_distinct else None
 
 
 def _sentence(way: Sequence[str], seen_as: Mapping[str, str], sensors: Mapping[str, Recalibrated]) -> str:

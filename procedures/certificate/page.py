@@ -127,7 +127,7 @@ def _order(grounds: Grounds) -> dict[str, str]:
         **({"Received": str(received)} if received else {}),
         "Calibrated": _calibrated(grounds),
         "Issued": f"{grounds.issued}",
-        "Place": str(grounds.job.get("place") or grounds.laboratory.get("address") or "not declared"),
+        "Place": str(grounds.job.get("location") or grounds.laboratory.get("address") or "not declared"),
     }
 
 

@@ -42,7 +42,7 @@ class Declared:
 
 def declared_gaps(declared: Declared) -> Iterator[Said]:
     """Yield what is not declared, and where it is."""
-    is_elsewhere = bool(declared.job.get("place"))
+    is_elsewhere = bool(declared.job.get("location"))
     for key, what in (
         ("name", "name"),
         ("address", "address" if is_elsewhere else "address, the place of the calibration,"),

@@ -216,7 +216,7 @@ class Job(StrictTable):
     customer_contact: Annotated[str, Field(min_length=1)] | None = None
     """Address, e-mail or telephone."""
     item: str = ""
-    place: Annotated[str, Field(min_length=1)] | None = None
+    location: Annotated[str, Field(min_length=1)] | None = None
     """Where the work was done, if not at the laboratory's address."""
     received: date | None = None
     remarks: str = ""

@@ -69,7 +69,7 @@ interlocks.rejected = { most = 5, within = 50 }
 job.number = "J-7"
 job.customer = "Tunnel Ltd"
 job.customer_contact = "2 Wind Road"
-job.place = "hall 3"
+job.location = "hall 3"
 job.item = "package"
 job.received = 2026-02-20
 job.remarks = "clean"

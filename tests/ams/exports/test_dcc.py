@@ -74,7 +74,7 @@ def with_conditions() -> CoefficientSet:
 
 def elsewhere() -> CoefficientSet:
     """A set of work done at the customer's, whose contact is declared."""
-    return package(job={"customer": "Tunnel Ltd", "customer_contact": "2 Wind Road", "place": "hall 3, 2 Wind Road"})
+    return package(job={"customer": "Tunnel Ltd", "customer_contact": "2 Wind Road", "location": "hall 3, 2 Wind Road"})
 
 
 def capable(capability_deg: float = 0.002) -> CoefficientSet:

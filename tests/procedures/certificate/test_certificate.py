@@ -394,7 +394,7 @@ def test_a_complete_ground_is_not_refused() -> None:
 
 
 def test_work_done_elsewhere_has_its_place_and_the_laboratory_its_address() -> None:
-    text = _text(_grounds(coefficients=_set(job={**JOB, "place": "hall 3 of Tunnel Ltd"})))
+    text = _text(_grounds(coefficients=_set(job={**JOB, "location": "hall 3 of Tunnel Ltd"})))
     assert "Place hall 3 of Tunnel Ltd" in text
     assert "Instrument Laboratory · 1 Granite Way, Hampton" in text
 

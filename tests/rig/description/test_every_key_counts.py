@@ -24,7 +24,7 @@ FREE_TEXT = frozenset(
         "job.number",
         "job.customer",
         "job.customer_contact",
-        "job.place",
+        "job.location",
         "job.item",
         "job.remarks",
         "laboratory.name",
