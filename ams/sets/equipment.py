@@ -55,6 +55,7 @@ def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
     rows = [_of_standard(standard, str(level.get("instrument") or "")) for standard in standards]
     pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
     rows += [*_readouts(coefficients, pointed), *_thermometers_without(coefficients, pointed)]
+    rows += _replaced(coefficients)
     counts = coefficients.senses_gravity and any(level.get(key) for key in _LEVEL_IN_USE)
     if counts and "level" not in pointed:
         rows.append(Equipment(str(level.get("instrument") or "level"), _LEVEL, None, None, None))
@@ -102,6 +103,16 @@ def _readouts(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equip
                 identity=identity if has_standard else "",
                 determines=False,
             )
+
+
+def _replaced(coefficients: CoefficientSet) -> Iterator[Equipment]:
+    """Yield what measured in the place of another device: no certificate is declared of it, whatever was of that."""
+    for stated in map(table, listed(coefficients.provenance.get("replaced_devices") or [])):
+        kind, _, name = str(stated["device"]).partition(".")
+        count = int(number(stated["dwells"]))
+        used_for = f"{_WHAT_FOR[kind]} ({count} dwell{'' if count == 1 else 's'})"
+        who = str(stated["identity"])
+        yield Equipment(f"in the place of {name}", used_for, None, None, None, is_standard=False, identity=who)
 
 
 def _thermometers_without(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equipment]:

@@ -1,6 +1,6 @@
 """Where a set comes from and where it may be used: all that the numbers alone do not say."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, date, datetime
 
@@ -85,6 +85,9 @@ class Provenance:
     ``day_stated_by`` whom; None of a run."""
     dwells: Mapping[str, object] | None = None
     """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
+    replaced_devices: Sequence[Mapping[str, object]] | None = None
+    """Devices that took the place of one of the rig while it was measured: ``device`` (its table, ``readouts.dmm``),
+    ``identity``, and how many ``dwells`` of the design each measured; None where none did, or nobody said."""
     level: Mapping[str, object] | None = None
     chain: Mapping[str, object] | None = None
     job: Mapping[str, object] | None = None
@@ -192,7 +195,7 @@ def record_sections(provenance: Provenance) -> Document:
             **{name: plain(getattr(provenance, name), name) for name in declared},
             **{
                 name: plain(stated, name)
-                for name in ("readouts", "supplies", "readings", "dwells")
+                for name in ("readouts", "supplies", "readings", "dwells", "replaced_devices")
                 if (stated := getattr(provenance, name)) is not None
             },
         },

@@ -1,6 +1,6 @@
 """The audit trail as a reader of the report needs it: interruptions, notes and who the devices said they are."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime, timedelta
 
@@ -229,16 +229,6 @@ def _word(event: Event) -> str:
 def _listed(event: Event, key: str) -> list[object]:
     found = event.detail.get(key, [])
     return list(found) if isinstance(found, list) else []
-
-
-def identities_in(events: Iterable[Event]) -> Mapping[str, str]:
-    """Return device name to its latest answer to the question who it is."""
-    return {
-        str(name): str(identity)
-        for event in events
-        if event.kind == "identities"
-        for name, identity in event.detail.items()
-    }
 
 
 def _who(event: Event) -> str:

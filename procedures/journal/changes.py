@@ -75,10 +75,13 @@ def require_unchanged(
     reason: str,
     is_rehearsal: bool = False,
 ) -> None:
-    """``known``: differences that somebody has answered for already. Raises: RequestError with every new one."""
+    """``known``: differences that somebody has answered for already. Raises: RequestError with every new one.
+
+    Who accepts needs a name and a reason where no file changed as well: a device may be another one.
+    """
     answered = set(known)
     new = [change for change in changes if str(change) not in answered]
-    if not new:
+    if not (new or is_accepted):
         return
     kept = [change for change in new if not may_be_answered_for(change, is_rehearsal=is_rehearsal)]
     listed = _listed(new)
@@ -91,7 +94,7 @@ def require_unchanged(
     if not (operator and reason.strip()):
         raise RequestError(
             f"{run_dir}: --accept-changes needs a name and a reason: operator got {operator!r}, reason got {reason!r}; "
-            f"nothing was changed; give --operator and --reason:{listed}"
+            f"nothing was changed; give --operator and --reason{':' if listed else ''}{listed}"
         )
     if kept:
         raise RequestError(

@@ -116,8 +116,9 @@ ADVICE: Mapping[str, str] = {
     ),
     "process": "This process grew too far and ended the run in time: {resume} goes on; send its folder.",
     "identity": (
-        "Other devices answer than at the start: swapped cables or a replaced device. Put it right, then "
-        "{resume_signed}."
+        "Another device answers than this run's: swapped cables or a replaced device. Put it right, then "
+        "{resume_signed}. Where the other device shall measure from here on: {take_over}: record, verdict and "
+        "certificate tell which dwells each measured."
     ),
     "seam": (
         "The check set differs from the one before: look at what is named above. If the table turned, put it "
@@ -236,6 +237,7 @@ def advice(cause: str, state: State, numbers: StopNumbers) -> str:
         run=run,
         resume=resume,
         resume_signed=signed,
+        take_over=f"{signed} --accept-changes",
         go_on=f"calrig continue {run}" if is_held else resume,
         stop=f"calrig stop {run}, then " if is_held else "",
         take_back=_take_back(numbers),

@@ -12,7 +12,8 @@ import numpy as np
 from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, withheld
 from ams.units import label_and_unit
-from procedures.journal.audit_trail import identities_in, interruptions_in, made_again_in, missing_in, notes_in
+from procedures.journal.audit_trail import interruptions_in, made_again_in, missing_in, notes_in
+from procedures.journal.known_devices import identities_in_words, replacements
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord, measured_again
@@ -74,6 +75,7 @@ def assemble_view(
             table_arcsec,
             findings if only is None else of_sensor(findings, only),
             record.run,
+            replacements(record.tenures),
         ),
         design=_design_view(record),
         counts=counts,
@@ -81,7 +83,7 @@ def assemble_view(
         interruptions=interruptions,
         rejected=tuple(_rejected(dwell) for dwell in dwells if not dwell.accepted),
         notes=notes_in(record.events),
-        devices=device_rows(record.rig, identities_in(record.events)),
+        devices=device_rows(record.rig, identities_in_words(record.tenures)),
         standards=standard_rows(record.rig),
         temperature=temperature_traces(dwells),
         reference=reference_traces(dwells, labels),

@@ -30,12 +30,14 @@ def judge(
     table_arcsec: float | None,
     findings: Sequence[Finding] = (),
     run: str = "RUN",
+    replaced: Sequence[str] = (),
 ) -> Verdict:
     """Return the verdict on a run.
 
     ``restart_steps``: what a check set after a restart found changed. ``table_arcsec``: standard uncertainty of one
     attitude of the table, pitch and roll together; None where none is declared. ``findings``: of all sensors together;
     they stand among the warnings of each, and are said once. ``run``: as commands take it.
+    ``replaced``: devices that gave place to others.
     """
     names = [sensor.name for sensor in sensors]
     failures = stated_once(((sensor.name, "", sensor.failure) for sensor in sensors if sensor.failure), names)
@@ -43,6 +45,7 @@ def judge(
     turned = turned_the_table((*findings, *(found for sensor in sensors for found in _findings(sensor))))
     doubts = [
         *_run_doubts(state, counts, interruptions, run),
+        *(f"{text}." for text in replaced),
         *(f"{text[0].upper()}{text[1:]}." for text in said),
         *_doubts_of_sensors(sensors, said),
         *(f"A restart made a step: {step}." for step in restart_steps),

@@ -12,7 +12,7 @@ import os
 import platform
 import traceback
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
@@ -24,6 +24,7 @@ from procedures.journal.guard_record import forget_guard_record, read_guard_reco
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.known_devices import KnownDevices
 from procedures.journal.last_words import (
     TAKES_NOTHING,
     forget_last_words,
@@ -51,6 +52,7 @@ from procedures.run.start_checks import require_no_fault, require_standstill
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import explain
 from procedures.run.watch.clock_watch import GapWatch
+from procedures.run.watch.device_watch import DeviceWatch, TakesOver
 from procedures.run.watch.safe_state import CHAMBER, make_safe, resting_deg
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch
@@ -86,8 +88,9 @@ class Start:
     operator: str
     state: State = State.PLANNED
     reason: str = ""
-    identities: dict[str, str] | None = None
-    """As journalled by the process before; None in the first."""
+    devices: KnownDevices = field(default_factory=KnownDevices)
+    """As the journal tells; none in the first process."""
+    takes_over: TakesOver | None = None
 
 
 def run(
@@ -281,12 +284,13 @@ class _Engine:
     def _work(self) -> None:
         """Epochs, until nothing is left."""
         self._open_epoch()
-        identities, restarts = self._start.identities, 0
+        devices = DeviceWatch(self._start.devices, self._start.takes_over, self._progress_log.event)
+        restarts = 0
         while True:
             known = self._progress_log.dwells_done
             try:
                 try:
-                    Epoch(self._context, self._history, identities).run()
+                    Epoch(self._context, self._history, devices).run()
                 except LOST as error:
                     alarm = lost_link(error)
                     raise TrustLost(alarm.cause, alarm.reason) from error
@@ -300,7 +304,7 @@ class _Engine:
             except TrustLost as lost:
                 restarts = 1 if self._progress_log.dwells_done > known else restarts + 1
                 self._regain(lost, restarts)
-                identities = self._reread()
+                self._reread()
                 self._open_epoch(lost.reason)
 
     def _has_home(self) -> bool:
@@ -380,12 +384,10 @@ class _Engine:
             self._progress_log.event("reconnect", {"failed": ""})
             return
 
-    def _reread(self) -> dict[str, str] | None:
-        """Read again what was done: the journal is the truth. Return the identities as they were at the start."""
+    def _reread(self) -> None:
+        """Read again what was done: the journal is the truth."""
         with JournalReader.open(self._progress_log.folder) as reader:
             self._history = read_history(reader, self._context.plan)
-            known = reader.last_event("identities")
-        return None if known is None else {name: str(identity) for name, identity in known.detail.items()}
 
 
 def _with(reasons: list[str], sentence: str) -> list[str]:

@@ -39,7 +39,7 @@ from procedures.run.live_dwells import LiveDwells
 from procedures.run.plateaus import INTERLOCK, Plateaus
 from procedures.run.start_checks import require_declared_mounts, require_no_fault, require_no_step, require_standstill
 from procedures.run.vigil import Vigil, end_where_nothing_holds
-from procedures.run.watch.device_identity import other_devices
+from procedures.run.watch.device_watch import DeviceWatch
 from procedures.run.watch.meter_checks import PHASE, MeterWatch
 from procedures.run.watch.watch import suspended
 from rig.crash_points import CrashPoint, crash_point
@@ -50,12 +50,12 @@ from rig.motion.move import home_and_arrive
 class Epoch:
     """Takes the run as far as trust in positions and lines lasts."""
 
-    def __init__(self, context: RunContext, history: History, identities: dict[str, str] | None) -> None:
+    def __init__(self, context: RunContext, history: History, devices: DeviceWatch) -> None:
         self._context = context
         self._plan, self._rig, self._progress_log = context.plan, context.rig, context.progress_log
         self._wait, self._watch, self._live = context.wait, context.watch, LiveDwells.of(context)
         self._history = history
-        self._identities = identities
+        self._devices = devices
         self._noise = history.noise()
         self._adaptive = AdaptiveDwells(context, self._noise, history.integrations)
         self._replications = replications_before(self._plan)
@@ -104,9 +104,8 @@ class Epoch:
     def _check_rig(self) -> None:
         known = require_standstill(self._rig, self._progress_log)
         self._live.phase("asking every device who it is")
-        self._progress_log.event("identities", identities := dict(self._rig.identities()))
-        if self._identities is not None and (difference := other_devices(self._identities, identities)):
-            raise RunEnds(Ending(State.TRIPPED, difference, cause="identity"))
+        if why := self._devices.refusal(self._rig.identities(), self._plan):
+            raise RunEnds(Ending(State.TRIPPED, why, cause="identity"))
         self._live.phase("proving the readouts")
         self._prepare_readouts()
         for name, readout in self._rig.readouts.items():

@@ -14,6 +14,7 @@ from procedures.journal.dropped_sensors import DroppedSensor, read_dropped
 from procedures.journal.guard_record import EVENT as GUARDED
 from procedures.journal.guard_record import guard_sentence, read_guard_record
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.known_devices import replacements, tenures_in
 from procedures.journal.last_words import LastWords, read_last_words
 from procedures.journal.status import status
 from procedures.journal.stop_advice import (
@@ -83,6 +84,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_listed("taken back", [event for event in events if event.kind == "voided"]),
         *_dropped(run_dir, events, dropped),
         *_listed("answered for", [event for event in events if event.kind == "override"]),
+        *[one_line(f"device     {sentence}") for sentence in replacements(tenures_in(events, dwells, header.plan))],
         *_listed("acknowledged", [event for event in events if event.kind == "ack"]),
         "",
         f"next       {of_damage(run_dir) if damage.names else next_words}",

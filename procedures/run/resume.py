@@ -19,6 +19,7 @@ from procedures.journal.changes import Change, changes_since, require_unchanged,
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.known_devices import KnownDevices, known_devices
 from procedures.journal.location import is_copy
 from procedures.journal.owner import owning
 from procedures.journal.spool import Spool
@@ -35,6 +36,7 @@ from procedures.run.judgement.history import History, read_history
 from procedures.run.services import RunServices, with_run_limits
 from procedures.run.unbegun import telling_where_nothing_is_stored
 from procedures.run.watch.clock_watch import TOLERANCE_S
+from procedures.run.watch.device_watch import TakesOver
 from rig.assembly.open_rig import Rig, choose_clock, open_rig
 from rig.clock import Clock, VirtualClock
 from rig.description.read import rig_from_json
@@ -49,7 +51,7 @@ class Interrupted:
     header: RunHeader
     plan: Plan
     state: State
-    identities: dict[str, str] | None
+    devices: KnownDevices
     history: History
     changes: tuple[Change, ...]
     """That somebody has answered for, now or before."""
@@ -68,7 +70,7 @@ class ResumeAuthorisation:
     operator: str
     reason: str = ""
     accepts_changes: bool = False
-    """Goes on though files or software are not what the run began with; needs a name and a reason."""
+    """Goes on though files, software or devices are not what the run began with; needs a name and a reason."""
 
 
 def resume(
@@ -83,7 +85,8 @@ def resume(
 ) -> Outcome:
     """Continue a run on its own rig, as the journal describes it, with its own plan.
 
-    ``accepts_changes``: go on though ports, interlocks or software changed; every other key that changed is refused.
+    ``accepts_changes``: go on though ports, interlocks or software changed, and over another device that the run has
+    stopped at; every other key that changed is refused.
     Raises: RequestError (owner alive, not resumable, files or software changed, a trip or an abort without
     name and reason),
     JournalError (damaged), RigBusy and other rig errors before the first move.
@@ -114,9 +117,11 @@ def resume_on(
     observer: RunObserver | None = None,
     idle_clock: Clock | None = None,
     services: RunServices | None = None,
+    *,
+    accepts_changes: bool = False,
 ) -> Outcome:
     """Resume a run as :func:`resume`, on a rig that the caller has opened."""
-    authorisation = ResumeAuthorisation(operator, reason)
+    authorisation = ResumeAuthorisation(operator, reason, accepts_changes)
     with _taken_over(run_dir, authorisation, idle_clock) as found:
         return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
@@ -143,7 +148,8 @@ def _go_on(
         with suppress(WriteFailed):  # a verdict that stands too long hinders no run
             set_verdict_aside(run_dir)
     services.begun()
-    start = Start(authorisation.operator, found.state, authorisation.reason, found.identities)
+    takes_over = TakesOver(authorisation.operator, authorisation.reason) if authorisation.accepts_changes else None
+    start = Start(authorisation.operator, found.state, authorisation.reason, found.devices, takes_over)
     return run(found.plan, rig, journal, Spool(run_dir), start, found.history, observer, idle_clock, services)
 
 
@@ -196,12 +202,12 @@ def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock 
 
 def _read(run_dir: Path) -> Interrupted:
     with JournalReader.open(run_dir) as reader:
-        plan, identities, events = reader.header.plan, reader.last_event("identities"), list(reader.events())
+        plan, events = reader.header.plan, list(reader.events())
         return Interrupted(
             header=reader.header,
             plan=plan,
             state=reader.state(),
-            identities={key: str(value) for key, value in identities.detail.items()} if identities else None,
+            devices=known_devices(events),
             history=read_history(reader, plan),
             changes=(*changes_since(reader.header), *_copied(run_dir, reader)),
             answered=tuple(_answered(reader)),

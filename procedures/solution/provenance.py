@@ -10,7 +10,7 @@ from ams.frames import body_rates_rad_s, wrap_deg
 from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
-from procedures.journal.audit_trail import identities_in, missing_in
+from procedures.journal.audit_trail import missing_in
 from procedures.records.dwells import DwellRecord, measured_again
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -62,6 +62,7 @@ def provenance_of(solved: SolvedSensor, record: RunRecord) -> Provenance:
         readouts=_readouts(sensor, record),
         supplies=_supplies(sensor, record),
         dwells=_dwells(record),
+        replaced_devices=_replaced(sensor, record),
         **declared_tables(rig),
     )
 
@@ -167,7 +168,7 @@ def _environment(dwells: Iterable[DwellRecord]) -> dict[str, dict[str, float]]:
 
 def _readouts(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, Any]]:
     """Return what read the outputs of a sensor, by name; a sensor that sends by itself was read by none."""
-    rig, identities = record.rig, identities_in(record.events)
+    rig = record.rig
     scanners, found = rig.scanners_behind(sensor), dict[str, dict[str, Any]]()
     for axis, channel in sensor.channels.items():
         name = channel.partition(".")[0]
@@ -175,13 +176,25 @@ def _readouts(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, Any]]:
             entry = found.setdefault(name, {"driver": rig.readouts[name].driver, "axes": [], "scanned": False})
             entry["axes"].append(str(axis))
     for name, entry in found.items():
-        if f"readouts.{name}" in identities:
-            entry["identity"] = identities[f"readouts.{name}"]
+        if held := record.tenures.get(f"readouts.{name}"):
+            entry["identity"] = held[0].identity
         if name in scanners:
             entry["scanned"] = True
             if scanners[name].crosstalk_ratio is not None:
                 entry["crosstalk_ratio"] = scanners[name].crosstalk_ratio
     return found
+
+
+def _replaced(sensor: Sensor, record: RunRecord) -> list[dict[str, object]] | None:
+    """Return every device that measured in the place of the one that a run began with; None where none did."""
+    read_by = {channel.partition(".")[0] for channel in sensor.channels.values()}
+    found = [
+        {"device": device, "identity": tenure.identity, "dwells": len(tenure.steps)}
+        for device, held in record.tenures.items()
+        if not device.startswith(("readouts.", "streams.")) or device.partition(".")[2] in read_by
+        for tenure in held[1:]
+    ]
+    return found or None
 
 
 def _supplies(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, float]]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from procedures.common_mode.visit_watch import Judged, judge_run
 from procedures.journal.audit_trail import dwells_on_one_clock, on_one_clock
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.known_devices import Tenure, tenures_in
 from procedures.journal.owner import is_owned
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import correcting
@@ -56,6 +57,11 @@ class RunRecord:
         chains = correcting(self.rig.chain)
         found = judge_run(self.plan, chains, dwells, self.events)
         return (*found, *left_in_doubt(self.plan, chains, dwells, self.events, found))
+
+    @cached_property
+    def tenures(self) -> Mapping[str, tuple[Tenure, ...]]:
+        """Which devices measured which dwells, by table."""
+        return tenures_in(self.events, self.dwells, self.plan)
 
     @property
     def ended_utc(self) -> datetime:

@@ -159,7 +159,6 @@ class CsvImu:
             f"{name}.{channel}": entry.unit_name for channel, entry in settings.channels.items()
         }
         self._settings = settings
-        self._stream = stream
         self._clock = clock
         self._shape = settings.shape()
         self._reader = RowReader(stream, name, self._parse, settings.banner_lines + 1)
@@ -168,7 +167,7 @@ class CsvImu:
 
     def identify(self) -> str:
         """Return what is known of the board: one of this kind cannot be asked."""
-        return f"lines of {len(self._settings.columns)} columns at {self._stream.name}; it cannot be asked who it is"
+        return f"lines of {len(self._settings.columns)} columns; it cannot be asked who it is"
 
     def start(self) -> None:
         self._last_count = self._last_time = None

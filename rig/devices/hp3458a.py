@@ -150,7 +150,6 @@ class Hp3458aReadout:
         self._calibrated_degc: float | None = None
         """The meter's own temperature when it last calibrated itself; None before."""
         self._calibrated_s = 0.0
-        self._bus = bus
         self._nplc = settings.nplc
         self._clock = clock
         self._inputs = dict(zip(self.channels, settings.channels.values(), strict=True))
@@ -167,7 +166,7 @@ class Hp3458aReadout:
         )
 
     def identify(self) -> str:
-        return f"{self.meter.identify()}, {self.scanner.identify()}, by {self._bus.identify()}"
+        return f"{self.meter.identify()}, {self.scanner.identify()}"
 
     def prepare(self) -> None:
         self.meter.prepare()

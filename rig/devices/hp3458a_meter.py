@@ -77,10 +77,7 @@ class Hp3458aMeter:
         who = self._ask(b"ID?", wire.parse_identity)
         master, slave = self._ask(b"REV?", wire.parse_pair)
         option, adjusted = (self._ask(query, wire.parse_number) for query in (b"OPT?", b"CALNUM?"))
-        return (
-            f"{who} at address {self._address}, revision {master:g},{slave:g}, option {option:g},"
-            f" adjusted {adjusted:g} times"
-        )
+        return f"{who}, revision {master:g},{slave:g}, option {option:g}, adjusted {adjusted:g} times"
 
     def prepare(self) -> None:
         """Clear, reset, identify, configure, read back."""

@@ -84,8 +84,7 @@ class ScpiDaqReadout:
         numbers += [channel for channel in self._settings.checks.channel_numbers().values() if channel is not None]
         slots = sorted({number // self._model.numbers_per_slot for number in numbers})
         cards = [f"{self._card(slot, numbers)} in slot {slot}" for slot in slots]
-        carrier = self._line.identify()
-        return ", ".join([f"{maker} {model} {serial} {firmware}".strip(), *cards, *([carrier] if carrier else [])])
+        return ", ".join([f"{maker} {model} {serial} {firmware}".strip(), *cards])
 
     def prepare(self) -> None:
         """Clear, reset, identify, fix the shape of readings, read it back. Raises: DeviceRefused."""

@@ -205,9 +205,7 @@ class ScpiMeter:
             )
         terminals = self._selected()
         self._require_terminals(terminals, self._settings.terminals, "nothing was measured")
-        carrier = self._line.identify()
-        unit = f"{maker} {model} {serial} {firmware}".strip()
-        return ", ".join([unit, f"{terminals} inputs", *([carrier] if carrier else [])])
+        return f"{f'{maker} {model} {serial} {firmware}'.strip()}, {terminals} inputs"
 
     def prepare(self) -> None:
         """Clear, reset, identify, set up, read it back. Raises: DeviceRefused."""

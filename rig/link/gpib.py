@@ -22,9 +22,6 @@ class GpibBus(Protocol):
     clock: Clock
     """Time-outs are in this clock's seconds."""
 
-    def identify(self) -> str:
-        """Return what carries the bus, for the record."""
-
     def send(self, address: int, message: bytes) -> None:
         """Make the instrument listen to ``message``."""
 

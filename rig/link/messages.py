@@ -24,9 +24,6 @@ class MessageLine(Protocol):
     clock: Clock
     """Time-outs are in this clock's seconds."""
 
-    def identify(self) -> str:
-        """Return what carries the messages, for the record; empty where nothing stands between."""
-
     def tell(self, message: bytes) -> None:
         """Send what has no answer."""
 
@@ -53,9 +50,6 @@ class StreamMessages:
         self.clock = stream.clock
         self.exchange = Exchange(stream, terminator=b"\n", patience=patience)
 
-    def identify(self) -> str:
-        return ""
-
     def tell(self, message: bytes) -> None:
         self.exchange.tell(message + b"\n")
 
@@ -81,9 +75,6 @@ class GpibMessages:
         self.clock = bus.clock
         self._bus = bus
         self._address = address
-
-    def identify(self) -> str:
-        return f"{self._bus.identify()}, address {self._address}"
 
     def tell(self, message: bytes) -> None:
         self._bus.send(self._address, message)

@@ -39,15 +39,12 @@ class PrologixBus:
         self.clock = stream.clock
         self._exchange = Exchange(stream, terminator=b"\n", patience=PATIENCE, resynchronise=self._resynchronise)
         self._address: int | None = None
-        self._version = self._real_version = ""
+        self._version = ""
         self._set_up()
 
     @property
     def counts(self) -> ExchangeCounts:
         return self._exchange.counts
-
-    def identify(self) -> str:
-        return f"{self._version} ({self._real_version})" if self._real_version else self._version
 
     def send(self, address: int, message: bytes) -> None:
         self._exchange.tell(self._addressed(address) + wire.message(message))
@@ -126,8 +123,7 @@ class PrologixBus:
             real = self._query(wire.REAL_VERSION, wire.parse_real_version, False, REAL_VERSION_S)
         except (DeviceSilent, DeviceNonsense):
             real = ""
-        self._real_version = real if wire.CLONE in real else ""
-        if not self._real_version:
+        if wire.CLONE not in real:
             self._exchange.tell(wire.setting("savecfg", 0))
 
     def _addressed(self, address: int) -> bytes:

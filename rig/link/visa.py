@@ -41,9 +41,6 @@ class VisaBus:
         self._sign_of_life = sign_of_life or (lambda: None)
         self._is_closed = False
 
-    def identify(self) -> str:
-        return f"VISA {self._board} by {self._manager.visalib}"
-
     def send(self, address: int, message: bytes) -> None:
         with self._translated(address, message):
             self._instrument(address).write_raw(message + TERMINATOR)

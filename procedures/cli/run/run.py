@@ -197,9 +197,10 @@ def resume(
     Parameters
     ----------
     accept_changes
-        Go on though addresses or interlocks of the rig file, the software or the folder changed; needs operator and
-        reason, which the record keeps. Ports, [twin] control and interlocks are taken over; every other key that
-        changed is refused by its name, since the run keeps its own plan and rig.
+        Go on though addresses or interlocks of the rig file, the software or the folder changed, or over another
+        device that the run has stopped at; needs operator and reason, which the record keeps. Ports, [twin] control
+        and interlocks are taken over; every other key that changed is refused by its name, since the run keeps its
+        own plan and rig.
     """
     folder = run_in_state(run, out, RESUMABLE, "resumed")
     with opening(folder.name, alerts, folder) as begins:

@@ -3,7 +3,7 @@ from datetime import timedelta
 import pytest
 from report_dwells import event
 
-from procedures.journal.audit_trail import identities_in, interruptions_in, missing_in, notes_in
+from procedures.journal.audit_trail import interruptions_in, missing_in, notes_in
 
 
 def test_a_pause_lasts_from_leaving_running_to_coming_back() -> None:
@@ -111,10 +111,6 @@ def test_a_clean_run_has_no_interruption() -> None:
     assert interruptions_in(events) == ()
 
 
-def test_notes_and_identities_are_taken_from_their_events() -> None:
-    events = [
-        event(1, "identities", 0, **{"axes.pitch": "TWIN"}),
-        event(2, "note", 5, text="bumped the table", by="A"),
-    ]
-    assert identities_in(events) == {"axes.pitch": "TWIN"}
+def test_notes_are_taken_from_their_events() -> None:
+    events = [event(1, "identities", 0, **{"axes.pitch": "TWIN"}), event(2, "note", 5, text="bumped the table", by="A")]
     assert notes_in(events)[0].text == "bumped the table"

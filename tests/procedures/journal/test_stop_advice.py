@@ -19,7 +19,7 @@ from procedures.journal.stop_advice import (
 from procedures.records.states import RESUMABLE, State
 
 RUN = "/data/runs of today/night-1"
-COMMAND = re.compile(rf"calrig [a-z]+ {shlex.quote(RUN)}(?: --[a-z]+(?: (?:NAME|TEXT|\d+))?)*")
+COMMAND = re.compile(rf"calrig [a-z]+ {shlex.quote(RUN)}(?: --[a-z]+(?:-[a-z]+)*(?: (?:NAME|TEXT|\d+))?)*")
 STATES = (State.HELD, State.TRIPPED, State.FAILED, State.STOPPED, State.INTERRUPTED)
 NUMBERS = numbers_of(
     RUN,

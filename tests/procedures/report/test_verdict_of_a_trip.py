@@ -86,7 +86,7 @@ def test_a_trip_that_followed_a_hold_is_told_first_with_its_moment_and_where_the
     assert said["tripped"] == f"{tripped.utc:%Y-%m-%d %H:%M}"
     assert said["held"] == f"{held.utc:%Y-%m-%d %H:%M}"
     assert said["why"] == tripped.detail["reason"] == outcome.reason
-    assert said["why"].startswith("not the devices this run began with: readouts.dmm")
+    assert said["why"].startswith("not the devices of this run: readouts.dmm")
     assert said["first"] == held.detail["reason"]
     assert GONE in said["first"]
     assert said["axes"] == ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in outcome.positions_deg.items())

@@ -104,7 +104,7 @@ def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench,
         small, unattended, rig_of=lambda rig: Other(rig, 2, spoil=_fails_at(LinkLost(GONE), 50, 50))
     )
     assert outcome.state is State.TRIPPED
-    assert "not the devices this run began with: readouts.dmm: was" in outcome.reason
+    assert "not the devices of this run: readouts.dmm: was" in outcome.reason
     identities = [event.sequence for event in events(unattended.run_dir, "identities")]
     assert not [event for event in events(unattended.run_dir, "intent") if event.sequence > identities[-1]]
 

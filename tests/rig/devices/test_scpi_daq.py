@@ -215,7 +215,6 @@ def test_the_same_unit_on_a_gpib_bus() -> None:
     rig = daq_rig()
     readout = _on_a_bus(rig)
     readout.prepare()
-    assert "address 9" in readout.identify()
     burst = readout.read("daq.z", 30, rig.wait, nplc=10.0)
     np.testing.assert_allclose(burst.samples, 3.0 + 1e-6 * np.arange(1, 31), rtol=1e-8)
 

@@ -97,7 +97,6 @@ def test_a_visa_library_carries_the_same_bus() -> None:
         bus.send(22, b"TARM SGL")
         assert bus.read(22, hp3458a.parse_number) == 0.0
         bus.clear(22)
-        assert f"GPIB{board}" in bus.identify()
         with pytest.raises(DeviceSilent, match=rf"visa:GPIB{board} address 5: b'ID\?': no answer in time"):
             bus.ask(5, b"ID?", hp3458a.parse_identity, idempotent=False, timeout_s=0.2)
         bus.close()

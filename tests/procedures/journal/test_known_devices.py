@@ -3,7 +3,7 @@
 import pytest
 from stream_rig import vn100_rig
 
-from procedures.run.watch.device_identity import other_devices
+from procedures.journal.known_devices import other_devices
 from rig.wire import vn100 as wire
 
 AS_RECORDED_BEFORE = "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
@@ -12,8 +12,8 @@ AS_RECORDED_BEFORE = "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, 
 
 def test_a_driver_that_tells_more_of_the_same_unit_is_no_other_device() -> None:
     found = vn100_rig().vn100().identify()
-    assert other_devices({"imu": AS_RECORDED_BEFORE}, {"imu": found}) == ""
-    assert other_devices({"imu": found}, {"imu": found}) == ""
+    assert other_devices({"imu": AS_RECORDED_BEFORE}, {"imu": found}) == {}
+    assert other_devices({"imu": found}, {"imu": found}) == {}
 
 
 @pytest.mark.parametrize("field", [0, 1])
@@ -26,5 +26,6 @@ def test_a_register_that_changes_while_a_run_rests_makes_it_another_device(regis
     rig.twin.setup[register] = tuple(content)  # type: ignore[attr-defined]
     after = {"imu": rig.vn100().identify()}
     for known, found in ((before, after), (after, before)):
-        assert other_devices(known, found).startswith("not the devices this run began with: imu: was 'VectorNav")
-        assert f"(register {register}: " in other_devices(known, found)
+        sentence = other_devices(known, found)["imu"]
+        assert sentence.startswith("imu: was 'VectorNav")
+        assert f"(register {register}: " in sentence
