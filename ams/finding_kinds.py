@@ -75,7 +75,8 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     "lack-of-fit": KindOfFinding(
         "sensor",
         "The model does not describe the points as well as they repeat; some tests of this kind name the table (its "
-        "declared limit, the squareness of its axes) and are the table's",
+        "declared limit, the squareness of its axes) and are the table's, and one names the index or the attitude at "
+        "which alone an output is off",
         "Look at the residuals over the attitudes: take further terms in, or declare the errors of the table",
     ),
     "quadratic": KindOfFinding(

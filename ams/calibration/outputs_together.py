@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
-from ams.analysis.diagnostics.beliefs import LEVEL, AxisTests, BeliefTest
+from ams.analysis.diagnostics.beliefs import AT_A_LOCATION, LEVEL, AxisTests, BeliefTest
 from ams.analysis.diagnostics.facts import CONTAINED
 from ams.calibration.output.diagnosis import Diagnosis, diagnose, scale_of, sensitivity_of
 from ams.calibration.package_play import Group, outputs_of, shown_by_package, with_evidence, with_shown
@@ -95,7 +95,7 @@ def _is_plainest(wide: PackageWide, package: Sequence[Diagnosis]) -> bool:
         for axis in package
         for memory_of in ({memory.name: memory for memory in axis.tests.memories},)
         for name, test in axis.tests.tests.items()
-        if axis.tests.is_significant.get(name) and test.kind not in _BESIDE_IT
+        if axis.tests.is_significant.get(name) and (test.kind not in _BESIDE_IT or name == AT_A_LOCATION)
     )
     return wide.test.p_value < min(others, default=1.0)
 

@@ -13,6 +13,7 @@ from ams.sets.instructions import use_of
 from ams.sets.stated_dwells import dwells_in_words, rejected_lines
 from ams.sets.stated_findings import axis_reservations, fact_of
 from ams.sets.stated_verdict import conditions_in_words
+from ams.sets.verdict_conditions import NOT_BUDGETED
 
 UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
@@ -140,6 +141,7 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         **_as_sealed(coefficients),
         **_capability(coefficients),
         **_location(coefficients),
+        **({"not budgeted": NOT_BUDGETED} if coefficients.senses_gravity else {}),
         "acceleration unit": f"local g = {unit['value_mps2']} m/s^2{known} ({unit['source']}); specific force is "
         "relative to it and of dimension one",
         "validity": json.dumps(document["validity"]),

@@ -48,6 +48,11 @@ DIRECTIONS_NOT_MEASURED: Final = (
     "one package, from attitudes or rates that turn all of them"
 )
 """How it is said of straight lines, each along its nominal axis."""
+NOT_BUDGETED: Final = (
+    "not tested and not budgeted beyond the limits that are declared of the item: what vibration does to its zero "
+    "(rectification), and what its supply does that changes with load or temperature"
+)
+"""How it is said of every accelerometer: at rest on one supply nothing shows either."""
 _WITHOUT: Final = MappingProxyType(
     {
         NO_LEVEL: "the level of the base",

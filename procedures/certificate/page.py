@@ -20,7 +20,7 @@ from ams.sets.stated_findings import (
 )
 from ams.sets.stated_verdict import conditions_in_words, grounds_in_words
 from ams.sets.vectors import LEVEL
-from ams.sets.verdict_conditions import NO_METER
+from ams.sets.verdict_conditions import NO_METER, NOT_BUDGETED
 from ams.surveillance.adjustment import acceptance_of
 from ams.units import printed
 from procedures.certificate.annex import annex_of
@@ -78,6 +78,7 @@ def certificate_page(grounds: Grounds) -> str:
         order=_order(grounds),
         shift=_shift_in_words(grounds.coefficients),
         reservations=_reservations(grounds),
+        not_budgeted=_sentence(NOT_BUDGETED) if grounds.coefficients.senses_gravity else "",
         lacking=_facts(grounds.coefficients.document, outside_uncertainty(grounds.coefficients.document)),
         specimen=SPECIMEN,
         not_usable=NOT_USABLE,

@@ -9,7 +9,9 @@ from dataclasses import replace
 from math import gcd
 from typing import Final
 
-from ams.calibration.together.in_step_hidden import PASSES_FOR_TERMS, hidden_in_words, in_step_correlation
+import numpy as np
+
+from ams.calibration.together.in_step_hidden import hidden_in_words
 from ams.errors import AmsError
 from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
@@ -259,10 +261,12 @@ def _advice_on_what_comes_back(plan: Plan) -> Iterator[str]:
     """Tell where what is alike in every replication passes for terms of the model."""
     if plan.order in SHUFFLED or plan.replications == 1:
         return
-    share = in_step_correlation(columns_of(*_first_replication(plan)))
-    if share >= PASSES_FOR_TERMS:
+    model, visited, nominal_v_per_g = _first_replication(plan)
+    pitch_rad, roll_rad = np.deg2rad([(point.pitch_deg, point.roll_deg) for point in visited]).T
+    hidden = hidden_in_words(columns_of(model, visited, nominal_v_per_g), pitch_rad, roll_rad)
+    if hidden:
         yield (
-            f'the order "{plan.order}" is the same in every replication: {hidden_in_words(share)}; '
+            f'the order "{plan.order}" is the same in every replication: {hidden}; '
             'order = "neighbours" makes noise of it'
         )
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Final, NamedTuple
 
+from ams.analysis.diagnostics.locations import Location
 from ams.analysis.diagnostics.low_order import OF_GYROS, PPM, TERMS
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.finding_kinds import FindingKind
@@ -51,6 +52,7 @@ BACKLASH: Final[Mapping[str, str]] = {axis: f"backlash of the table about {axis}
 ATTITUDE_TURN: Final = "turn of the package with its attitude"
 IN_STEP: Final = "disturbance in step with the replications"
 SQUARENESS: Final = "squareness of the table's axes"
+AT_A_LOCATION: Final = "one index or attitude"
 SLIP: Final = "slip of the table in mid-run"
 STEP: Final = "step of the output in mid-run"
 SETTLING: Final = "settling at the start of every replication"
@@ -82,7 +84,18 @@ COLUMNS: Final = (
 RECORDED: Final = (BY_POINT, BY_POINT_GAIN)
 """Of the recorded temperature, alike in every replication."""
 TESTS: Final = (
-    *(WRONG_DWELL, LACK_OF_FIT, OVER_TIME, AUTOCORRELATION, ROBUST, UNEVEN, TURNED_FROM, TABLE_LIMIT, BY_REPLICATION),
+    *(
+        WRONG_DWELL,
+        LACK_OF_FIT,
+        AT_A_LOCATION,
+        OVER_TIME,
+        AUTOCORRELATION,
+        ROBUST,
+        UNEVEN,
+        TURNED_FROM,
+        TABLE_LIMIT,
+        BY_REPLICATION,
+    ),
     *(LAG, CURVATURE, TERMS_OVER_TEMPERATURE, AXIS_OVER_TEMPERATURE, ATTITUDE_TURN, IN_STEP, SLIP, STEP),
     *BACKLASH.values(),
     *(column.name for column in COLUMNS),
@@ -162,6 +175,8 @@ class AxisTests:
     """What single dwells are judged by."""
     memories: Sequence[BeliefTest] = ()
     """Of each time constant, beside no other memory."""
+    locations: Sequence[Location] = ()
+    """At which alone what repeats is off, the plainest first."""
     level: float = LEVEL
     """Of all tests of this axis together."""
 

@@ -84,9 +84,9 @@ def clipped_finding(
     listed = "; ".join(dwells) + (f"; and {more} more" if more > 0 else "")
     fact = (
         f"clipped: {every.size} dwells stand at {at}, equal to the last digit: a rail of the amplifier, the range of "
-        f"the meter or a channel that hangs, and no measure of what the sensor felt ({listed}); offset and "
-        "sensitivities are wrong by it, they are not usable and there is no coefficient set; the other tests are made "
-        "without these dwells"
+        f"the meter, a channel that hangs or an open input, and no measure of what the sensor felt ({listed}); offset "
+        "and sensitivities are wrong by it, they are not usable and there is no coefficient set; the other tests are "
+        "made without these dwells"
     )
     what_to_do = "choose a larger range or a smaller gain and measure again, or leave these dwells out and solve again"
     details: dict[str, float | str | None] = {"dwells": float(every.size)}

@@ -64,7 +64,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
     fact = (
         f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
         f"standard uncertainty of {two_digits(u)} {unit}: what was visited does not change what this axis senses, or "
-        "the channel is dead; the result is not usable and there is no coefficient set"
+        "the channel is dead or its input open; the result is not usable and there is no coefficient set"
     )
     yield Finding(
         "axis-undetermined",

@@ -6,12 +6,13 @@ solution without it, so that nothing else is blamed for it. The result itself ke
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import hypot, inf
+from math import hypot
 
 import numpy as np
 
 from ams.analysis.diagnostics.axis.axis_tests import shared_tests
 from ams.analysis.diagnostics.beliefs import (
+    AT_A_LOCATION,
     DRIFT_OF,
     LACK_OF_FIT,
     TABLE_LIMIT,
@@ -21,27 +22,38 @@ from ams.analysis.diagnostics.beliefs import (
 )
 from ams.analysis.diagnostics.declared.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared.declared_signs import fits_other_angles
-from ams.analysis.diagnostics.declared.differing_replications import LARGEST, ShiftLimits, differing_replications
+from ams.analysis.diagnostics.declared.differing_replications import differing_replications
 from ams.analysis.diagnostics.declared.earth_on_gyros import EarthOnRates, earth_finding
 from ams.analysis.diagnostics.declared.gravity_on_gyros import gravity_finding, gravity_on_zero
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
+from ams.analysis.diagnostics.locations import Location
 from ams.analysis.diagnostics.over_time.drift_course import changes_between
 from ams.analysis.diagnostics.over_time.memories import but_for_memories, without_lesser_memories
 from ams.analysis.diagnostics.size_words import AxisWords, Scale
-from ams.analysis.diagnostics.stated_limits import LARGEST_LACK, StatedLimits
+from ams.analysis.diagnostics.stated_limits import StatedLimits
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.analysis.diagnostics.time_order import even_drift, row_time
 from ams.analysis.diagnostics.words.held_words import drift_words, lack_words, untested_scatter
+from ams.analysis.diagnostics.words.location_words import location_finding
 from ams.analysis.diagnostics.words.table_limit_wording import of_table_limit
 from ams.analysis.diagnostics.words.wording import findings_of
 from ams.analysis.diagnostics.words.wrong_dwell_words import Convicted, wrong_dwell_finding
 from ams.arrays import FloatArray
 from ams.calibration.output.believed import Believed, evidence_of
+from ams.calibration.output.declared_limits import (
+    declared_departure,
+    declared_g_sensitivity,
+    lack_alike_over,
+    largest_lack,
+    largest_shifts,
+    shift_limits,
+)
 from ams.calibration.output.explained import (
     Explained,
     without_course_or_noise,
-    without_earth,
+    without_ground,
+    without_locations,
     without_memory,
     without_transient,
     without_wrong_dwells,
@@ -56,10 +68,10 @@ from ams.calibration.together import backlash_found
 from ams.calibration.together.backlash_found import Play, backlash_findings
 from ams.calibration.together.package_wide import PackageWide, package_wide_findings
 from ams.calibration_result import FTest
-from ams.findings import Finding
+from ams.findings import Finding, Said
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.known_of_run import DwellLabels
-from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
+from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
 from ams.observations import Observations
@@ -73,7 +85,7 @@ class Diagnosis:
     solved: SolvedColumns
     """Of the rows that the tests believe: the solution itself where no dwell is convicted."""
     row: int
-    """Place of the axis in ``solved``."""
+    """Location of the axis in ``solved``."""
     tests: AxisTests
 
 
@@ -181,10 +193,13 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     made = {test.name: test for test in (*steps.tests, *but_for_memories(together), *of_plays, *of_package)}
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
-    left, earth = without_earth(without_memory(without_transient(left), together))
+    left, locations = without_locations(left)
+    left, earth = without_ground(
+        without_memory(without_transient(left), together), declared_g_sensitivity(circumstances.shared)
+    )
     steps = steps.beside(left.tests)
     tests = without_lesser_memories(with_steps(left.tests, steps))
-    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth)
+    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth, locations)
     changes = map(step_words.as_stated, steps.findings)
     turned = (*backlash_findings(plays, tests, circumstances.table), *package_wide_findings(wide, tests))
     return replace(diagnosis, findings=(*clipped, *turned, *changes, *steps.with_undecided(diagnosis.findings)))
@@ -198,7 +213,7 @@ def _within_declared(
     A step of offset or sensitivity alone is held against its own limit by its estimate; of another change, and of one
     without a limit of its own, all that it does counts against that of the offset.
     """
-    limits = _shift_limits(shared)
+    limits = shift_limits(shared)
     is_small = float(np.abs(change_v).max()) <= limits[step_words.OFFSET_LIMIT]
     is_alone = sum(said.kind == "sensor-change" for said in findings) == 1
 
@@ -233,48 +248,43 @@ def _diagnosis(
     circumstances: Circumstances,
     limit: TableLimit | None,
     earth: EarthOnRates | None,
+    locations: Sequence[Location],
 ) -> Diagnosis:
     evidence, solved, index = seen.evidence, seen.solved, seen.index
     scale = scale_of(solved, index)
     drifted = tuple(_drift_in_parameters(evidence, solved, index, tests.conviction_level))
-    shifts = _largest_shifts(scale, circumstances.shared)
+    shifts = largest_shifts(scale, circumstances.shared)
     differing = tuple(differing_replications(evidence, index, shifts, tests.conviction_level))
+    departure = declared_departure(circumstances.shared)
+    alike = lack_alike_over(seen, tests, departure)
     limits = StatedLimits(
-        _largest_lack(seen, circumstances.shared),
+        largest_lack(seen, circumstances.shared),
         2.0 * float(np.sqrt(solved.primary_covariance[index, 0, 0])),
         any(map(fits_other_angles, circumstances.signs_of(index))),
         bool(differing),
+        bool(alike),
+        departure,
     )
     tests = limits.judged(tests)
-    known = evidence.layout.mean_by_point(np.zeros((evidence.layout.rows, 0)) if earth is None else earth.columns)
-    gravity = gravity_finding(
-        gravity_on_zero(evidence, index, known), tests.conviction_level, _declared_g_sensitivity(circumstances.shared)
-    )
+    gravity = _of_gravity(seen, tests, earth, circumstances.shared)
     has_table = circumstances.table is not None
     words = AxisWords(
         scale,
         tests.conviction_level,
         has_table=has_table,
         order_repeats=evidence.order_repeats and evidence.layout.replications > 1,
-        lack_is=lack_words(
-            other_angles=limits.is_of_other_angles,
-            is_large=LACK_OF_FIT in tests.tests and not tests.tests[LACK_OF_FIT].is_held,
-            follows_gravity=gravity is not None,
-            is_remembering=tests.is_remembering,
-            is_of_order=tests.is_of_order,
-            has_table=has_table,
-        ),
+        lack_is=_lack_is(tests, limits, alike, follows_gravity=gravity is not None, has_table=has_table),
         drift_is=drift_words(
             (*circumstances.order, *drifted), is_remembering=tests.is_remembering, is_differing=bool(differing)
         ),
         drifts=moves_between(solved, index, scale) if _some_drift(tests) else {},
     )
-    findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit))
+    findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit, locations))
     scatter = float(solved.standard_error_v[index])
     untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
     return Diagnosis(
         (
-            *filter(None, [gravity, None if earth is None else earth_finding(earth)]),
+            *filter(None, [gravity, None if earth is None else earth_finding(earth, tests.conviction_level)]),
             *findings,
             *drifted,
             *differing,
@@ -292,6 +302,7 @@ def _worded(
     circumstances: Circumstances,
     convicted: Convicted | None,
     limit: TableLimit | None,
+    locations: Sequence[Location],
 ) -> dict[str, Finding]:
     """Return the findings that have words of their own, by the name of their test."""
     found = {}
@@ -301,34 +312,35 @@ def _worded(
     if limit is not None and TABLE_LIMIT in tests.tests:
         off, is_significant = tests.tests[TABLE_LIMIT], tests.is_significant[TABLE_LIMIT]
         found[TABLE_LIMIT] = of_table_limit(off, limit, is_significant=is_significant)
+    if tests.is_significant.get(AT_A_LOCATION):
+        found[AT_A_LOCATION] = location_finding(
+            tests.tests[AT_A_LOCATION], locations or tests.locations, scale, circumstances.rows
+        )
     return found
 
 
-def _largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
-    """Return the lack of fit that the stated uncertainties may hold, in the output's unit."""
-    declared = max((error.limit for error in shared if error.name == NONLINEARITY), default=0.0)
-    if seen.solved.problem.models[seen.index].convention == "SR":
-        return inf
-    return max(declared, LARGEST_LACK * float(np.linalg.norm(seen.solved.primary[seen.index, 1:4])))
+def _lack_is(
+    tests: AxisTests, limits: StatedLimits, alike: Sequence[str], *, follows_gravity: bool, has_table: bool
+) -> Said:
+    """Return whether a lack of fit is in the stated uncertainties; ``alike``: axes over whose indices it goes alike."""
+    return lack_words(
+        other_angles=limits.is_of_other_angles,
+        is_large=LACK_OF_FIT in tests.tests and tests.tests[LACK_OF_FIT].size > limits.lack_of_fit,
+        follows_gravity=follows_gravity,
+        is_remembering=tests.is_remembering,
+        is_of_order=tests.is_of_order,
+        alike_over=alike,
+        has_table=has_table,
+    )
 
 
-def _largest_shifts(scale: Scale, shared: Sequence[SharedError]) -> ShiftLimits:
-    """Return what replications of an axis may differ by: what is declared of the sensor, where that is more."""
-    limits = _shift_limits(shared)
-    per_g = scale.volts_per_radian
-    offset_g = 0.0 if per_g is None else limits[step_words.OFFSET_LIMIT] / per_g
-    return ShiftLimits(max(LARGEST, limits[step_words.SENSITIVITY_LIMIT]), max(LARGEST, offset_g))
-
-
-def _shift_limits(shared: Sequence[SharedError]) -> Mapping[str, float]:
-    """Return by key what a sensor is declared to shift by while it is calibrated; 0 where nothing is."""
-    keys = zip((step_words.OFFSET_LIMIT, step_words.SENSITIVITY_LIMIT), SHIFTS_WITHIN, strict=True)
-    return {key: max((error.limit for error in shared if error.name == name), default=0.0) for key, name in keys}
-
-
-def _declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
-    """Return the limit of what gravity does to a gyro, °/s per g; None where none is declared."""
-    return next((error.limit for error in shared if error.name == G_SENSITIVITY), None)
+def _of_gravity(
+    seen: Believed, tests: AxisTests, earth: EarthOnRates | None, shared: Sequence[SharedError]
+) -> Finding | None:
+    layout = seen.evidence.layout
+    known = layout.mean_by_point(np.zeros((layout.rows, 0)) if earth is None else earth.columns)
+    found = gravity_on_zero(seen.evidence, seen.index, known)
+    return gravity_finding(found, tests.conviction_level, declared_g_sensitivity(shared))
 
 
 def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ams.analysis.diagnostics.beliefs import (
+    AT_A_LOCATION,
     AUTOCORRELATION,
     BY_REPLICATION,
     COLUMNS,
@@ -23,14 +24,21 @@ from ams.analysis.diagnostics.beliefs import (
     BeliefTest,
 )
 from ams.analysis.diagnostics.declared.earth_on_gyros import EarthOnRates, earth_on_rates
-from ams.analysis.diagnostics.declared.gravity_on_gyros import gravity_on_zero
+from ams.analysis.diagnostics.declared.gravity_on_gyros import (
+    GravityTest,
+    force_columns,
+    gravity_on_zero,
+    is_declared,
+)
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.locations import Location
 from ams.analysis.diagnostics.low_order import OF_GYROS
 from ams.analysis.diagnostics.over_time import previous_attitude
 from ams.analysis.diagnostics.over_time.drift_course import likeliest_course, plain_courses
 from ams.analysis.diagnostics.over_time.memories import plainest_memory
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.table_curves import TableLimit
+from ams.analysis.diagnostics.tested_terms import AnyGyro, tested_base
 from ams.analysis.diagnostics.time_order import settling
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.words.wrong_dwell_words import Convicted
@@ -155,6 +163,16 @@ def without_wrong_dwells(left: Explained) -> tuple[Explained, Convicted | None]:
     return left.then({WRONG_DWELL: test}, seen.of(kept, 0.0)), convicted
 
 
+def without_locations(left: Explained) -> tuple[Explained, tuple[Location, ...]]:
+    """Return the output with the locations at which alone it is off as known, and which they are."""
+    tests, seen = left.tests, left.seen
+    if not tests.is_significant.get(AT_A_LOCATION):
+        return left, ()
+    locations = tuple(tests.locations)
+    at_rows = np.hstack([location.columns for location in locations])[seen.evidence.layout.point]
+    return left.then({AT_A_LOCATION: tests.tests[AT_A_LOCATION]}, _known(seen, at_rows)), locations
+
+
 def without_transient(left: Explained) -> Explained:
     """Return the output without its plain transient at the start of every replication."""
     if not _settles(left.tests):
@@ -175,27 +193,41 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
     return replace(without, tests=replace(without.tests, memories=left.tests.memories))
 
 
-def without_earth(left: Explained) -> tuple[Explained, EarthOnRates | None]:
-    """Return a gyro with the Earth's rotation known to its points, where the rates lack it, and what it shows of that.
+def without_ground(left: Explained, limit_dps_per_g: float | None) -> tuple[Explained, EarthOnRates | None]:
+    """Return a gyro with what stands on the ground known to its points, and what it shows of the Earth's rotation.
 
-    It is told where it explains all that it passes for, and where it is needed beside the terms of the scale factor.
+    The Earth, where the rates lack it, is told where it explains all that it passes for, and where it is needed beside
+    the terms of the scale factor. Gravity on the zero within ``limit_dps_per_g``, which is declared, goes before it
+    where the Earth is not needed beside that: nothing is told then.
     """
     evidence, index, tests = left.seen.evidence, left.seen.index, left.tests
-    passes = any(tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
+    if not isinstance(tested_base(evidence.models[index]), AnyGyro):
+        return left, None
     nothing = np.zeros((evidence.layout.points, 0))
-    passes = passes or _follows_gravity(left.seen, nothing, tests)
-    earth = earth_on_rates(evidence, index) if passes else None
+    passes = any(tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
+    if not (passes or _is_plain(gravity_on_zero(evidence, index, nothing), tests)):
+        return left, None
+    earth = earth_on_rates(evidence, index)
+    known = nothing if earth is None else evidence.layout.mean_by_point(earth.columns)
+    is_beside = earth is not None and _is_plain(gravity_on_zero(evidence, index, known), tests)
+    is_needed = earth is not None and earth.beside_gravity <= tests.conviction_level
+    alone = gravity_on_zero(evidence, index, nothing, beside_terms=False)
+    force = force_columns(evidence)[evidence.layout.point]
+    if not is_needed and (is_beside or is_declared(alone, tests.conviction_level, limit_dps_per_g)):
+        return left.then({}, _known(left.seen, force)), None
     if earth is None:
         return left, None
-    known = evidence.layout.mean_by_point(earth.columns)
-    without = left.then({}, replace(left.seen, taken=np.hstack([left.seen.taken, earth.columns])))
+    without = left.then({}, _known(left.seen, earth.columns, *([force] if is_beside else [])))
     explains = not any(without.tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
-    explains = explains and not _follows_gravity(left.seen, known, tests)
     return (without, earth) if explains or earth.beside_terms <= tests.conviction_level else (left, None)
 
 
-def _follows_gravity(seen: Believed, known: FloatArray, tests: AxisTests) -> bool:
-    gravity = gravity_on_zero(seen.evidence, seen.index, known)
+def _known(seen: Believed, *columns: FloatArray) -> Believed:
+    """Return the output with (N, …) columns as known where its points are judged."""
+    return replace(seen, taken=np.hstack([seen.taken, *columns]))
+
+
+def _is_plain(gravity: GravityTest | None, tests: AxisTests) -> bool:
     return gravity is not None and gravity.p_value <= tests.conviction_level
 
 

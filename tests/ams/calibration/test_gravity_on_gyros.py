@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from ams.analysis.diagnostics.declared.gravity_on_gyros import GRAVITY
 from ams.calibration.calibrate import calibrate
@@ -71,3 +72,70 @@ def test_a_zero_that_gravity_leaves_alone_is_not_blamed() -> None:
 def test_attitudes_of_one_gravity_say_nothing() -> None:
     rows = _rows(_G, alike=True)
     assert _solved(rows, None)[0] == []
+
+
+EARTH = "rotation of the Earth"
+
+
+def _turning(g_dps_per_g: float, ground_dps: np.ndarray, seed: int) -> Observations:
+    """Three gyros on a table that turns pitch, yaw or roll at four rolls; gravity and the ground by rotations alone."""
+    noise, steps = np.random.default_rng(seed), np.arange(0.0, 360.0, 5.0)
+    turns = [(roll, axis) for roll in (0.0, 90.0, 180.0, -90.0) for axis in (1, 0, 2) if axis < 2 or roll == 0.0]
+    points = [(roll, axis, rate) for roll, axis in turns for rate in (-40.0, -10.0, 10.0, 40.0)]
+    seen, felt = [], []
+    for roll, axis, rate in points:
+        angles = np.zeros((steps.size, 3))  # pitch, yaw, roll
+        angles[:, 2] = roll
+        angles[:, axis] += steps * np.sign(rate)
+        to_package = Rotation.from_euler("YZX", angles, degrees=True).inv()
+        rolled = Rotation.from_euler("X", angles[:, 2:], degrees=True).inv()
+        stage = np.array([[0.0, rate, 0.0], [0.0, 0.0, rate], [rate, 0.0, 0.0]][axis])
+        seen.append(
+            rolled.apply(np.tile(stage, (steps.size, 1))).mean(axis=0) + to_package.apply(ground_dps).mean(axis=0)
+        )
+        felt.append(to_package.apply([0.0, 0.0, -1.0]).mean(axis=0))
+    order = np.concatenate([noise.permutation(len(points)) for _ in range(4)])
+    outputs = {}
+    for index, axis in enumerate("xyz"):
+        along = noise.standard_normal(3)
+        dps = np.array(seen) @ (np.eye(3)[index] + 0.005 * noise.standard_normal(3))
+        dps = dps + g_dps_per_g * np.array(felt) @ (along / np.linalg.norm(along))
+        outputs[axis] = 0.02 + 1.25 * dps[order] + 3e-4 * noise.standard_normal(order.size)
+    rate_dps = np.zeros((len(points), 3))
+    for row, (_, axis, rate) in enumerate(points):
+        rate_dps[row, axis] = rate
+    still, rolls = np.zeros(order.size), np.deg2rad([roll for roll, *_ in points])
+    return Observations(
+        np.repeat(np.arange(4), len(points)), order, still, rolls[order], outputs,
+        yaw_rad=still, euler_rate_rad_s=np.deg2rad(rate_dps[order]), time_s=30.0 * np.arange(order.size),
+    )  # fmt: skip
+
+
+def _told(g_dps_per_g: float, ground_dps: np.ndarray, limit_dps_per_g: float | None, seed: int) -> list[Finding]:
+    limit = () if limit_dps_per_g is None else (limit_dps_per_g,)
+    errors = tuple(SharedError(G_SENSITIVITY, "specific-force", each / 3.0**0.5, "limit") for each in limit)
+    request = CalibrationRequest(model="gyro", shared_errors=dict.fromkeys("xyz", errors))
+    axes = calibrate(_turning(g_dps_per_g, ground_dps, seed), request).axes.values()
+    return [said for axis in axes for said in axis.findings if said.is_significant]
+
+
+@pytest.mark.parametrize("g_dps_per_g", [0.001, 0.004, 0.008])
+def test_gravity_within_its_declared_limit_is_not_taken_for_the_earth(g_dps_per_g: float) -> None:
+    for seed in range(4):
+        kinds = {said.kind for said in _told(g_dps_per_g, np.zeros(3), 0.01, seed)}
+        assert not kinds & {"rate-undeclared", "lack-of-fit", "quadratic", "asymmetry"}
+
+
+def test_gravity_of_which_nothing_is_declared_is_not_told_as_the_earth_alone() -> None:
+    for seed in range(4):
+        told = _told(0.004, np.zeros(3), None, seed)
+        assert any(said.details.get("test") == GRAVITY for said in told)
+        earth = [said for said in told if said.details.get("test") == EARTH]
+        assert all("or gravity acts on the zero: these points do not tell which" in said.text for said in earth)
+
+
+def test_an_earth_that_the_rates_lack_is_told_whatever_gravity_may_do() -> None:
+    for seed in range(4):
+        told = _told(0.0, np.array([0.0022, -0.0021, -0.0029]), 0.01, seed)
+        named = [said for said in told if said.details.get("test") == EARTH]
+        assert any("or gravity" not in said.text for said in named)

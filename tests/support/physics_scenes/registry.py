@@ -12,6 +12,7 @@ from physics_scenes.dwell_scenes import DWELL_SCENES
 from physics_scenes.field_scenes import FIELD_SCENES
 from physics_scenes.gimbal_scenes import GIMBAL_SCENES
 from physics_scenes.gyro_scenes import GYRO_SCENES
+from physics_scenes.index_scenes import INDEX_SCENES
 from physics_scenes.scene import Scene
 from physics_scenes.sensor_scenes import SENSOR_SCENES
 from physics_scenes.slip_scenes import SLIP_SCENES
@@ -30,6 +31,7 @@ _ALL = (
     Scene("clean", clean, "none", (0.0,), declared_up_to=0.0),
     *TABLE_SCENES,
     *SENSOR_SCENES,
+    *INDEX_SCENES,
     *DWELL_SCENES,
     *TEMPERATURE_SCENES,
     *DRIFT_SCENES,

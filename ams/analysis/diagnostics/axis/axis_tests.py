@@ -17,6 +17,7 @@ from ams.analysis.diagnostics.axis.decided_together import decided_together, exp
 from ams.analysis.diagnostics.axis.point_columns import LINEAR, by_point_degc, column_test, low_order
 from ams.analysis.diagnostics.axis.robust_fit import robust_fit
 from ams.analysis.diagnostics.beliefs import (
+    AT_A_LOCATION,
     AUTOCORRELATION,
     BY_REPLICATION,
     COLUMNS,
@@ -38,6 +39,7 @@ from ams.analysis.diagnostics.beliefs import (
     Column,
 )
 from ams.analysis.diagnostics.evidence import Evidence
+from ams.analysis.diagnostics.locations import LocationsShown, locations_shown
 from ams.analysis.diagnostics.over_time import previous_attitude
 from ams.analysis.diagnostics.over_time import temperature as by_temperature
 from ams.analysis.diagnostics.over_time.range_ends import explained_by_ends
@@ -68,7 +70,7 @@ from ams.arrays import FloatArray
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.distributions import f_tail
 
-MOST_TESTS: Final = 38
+MOST_TESTS: Final = 39
 """Of one axis."""
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in RECORDED)
 
@@ -125,11 +127,7 @@ def axis_tests(
     dwells = judged_by(grid, steady)
     if lagging is not None or dwells is steady:
         wrong_p_value = float(largest_p_values(dwells)[0][0])
-    known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
-    if given is not None and given.shape[1] > 0:
-        known = np.hstack([known, given])
-    if limit is not None and not limit.is_departing and limit.p_value <= limit.outputs * level / MOST_TESTS:
-        known = np.hstack([known, _index_effects(evidence, output, limit, known)])
+    known = _known(evidence, output, lagging, given, limit, level)
     before = previous_attitude.turned_from(evidence, output)
     found = [
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
@@ -148,6 +146,8 @@ def axis_tests(
     found += [] if turning is None else [turning.test]
     terms = low_order(evidence, output, known, before)
     columns = columns_of(evidence.models[output])
+    shown = _locations(evidence, output, known, None if AT_A_LOCATION in convicted else terms, level)
+    found.append(_of_locations(shown))
     between, by_replication = _between(evidence, shared, output, grid), None
     if terms is None:
         found.append(slope_test(SETTLING, "drift", shared.settling, output, "", is_held=False))
@@ -161,7 +161,38 @@ def axis_tests(
     memories = [made[name] for name in MEMORIES if name in made]
     decided = decided_together(made, by_replication, between, convicted, level, columns)
     decided = explained_by_ends(evidence, output, explained_by_temperature(evidence, output, decided), convicted)
-    return replace(decided, grid=grid, dwells=dwells, memories=memories)
+    return replace(decided, grid=grid, dwells=dwells, memories=memories, locations=shown.locations)
+
+
+def _known(
+    evidence: Evidence,
+    output: int,
+    lagging: FloatArray | None,
+    given: FloatArray | None,
+    limit: TableLimit | None,
+    level: float,
+) -> FloatArray:
+    """Return (K, c) of what is known at the points: a lag, what is taken out, index errors beyond a limit."""
+    known = np.zeros((evidence.layout.points, 0)) if lagging is None else evidence.layout.mean_by_point(lagging)
+    if given is not None and given.shape[1] > 0:
+        known = np.hstack([known, given])
+    if limit is not None and not limit.is_departing and limit.p_value <= limit.outputs * level / MOST_TESTS:
+        known = np.hstack([known, _index_effects(evidence, output, limit, known)])
+    return known
+
+
+def _locations(
+    evidence: Evidence, output: int, known: FloatArray, terms: Elimination | None, level: float
+) -> LocationsShown:
+    """Return the locations of the table at which what repeats is off; ``terms``: what else it is tested for."""
+    if terms is None or accelerometer_base(evidence.models[output]) is None:
+        return LocationsShown((), float("nan"))
+    return locations_shown(evidence, output, known, terms.design[:, terms.given :], level)
+
+
+def _of_locations(shown: LocationsShown) -> BeliefTest:
+    size = max((abs(location.size) for location in shown.locations), default=float("nan"))
+    return BeliefTest(AT_A_LOCATION, "lack-of-fit", shown.p_value, size, is_held=False)
 
 
 def _lag(evidence: Evidence, output: int, level: float) -> tuple[BeliefTest | None, FloatArray | None]:

@@ -166,7 +166,8 @@ def contradicted_axis(
     reads_as = f"{'+' if sense > 0 else '-'}{nearest}" if polarity else nearest
     stated = declared.signed_axis if polarity else declared.axis
     what = (
-        "another axis: channels are interchanged, or the package sits otherwise than declared"
+        "another axis: channels are interchanged, an input is open or shorted and follows another channel, or the "
+        "package sits otherwise than declared"
         if is_another
         else "polarity reversed"
     )

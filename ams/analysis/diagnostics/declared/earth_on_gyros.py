@@ -16,9 +16,9 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.axis.point_columns import LINEAR
-from ams.analysis.diagnostics.declared.gravity_on_gyros import mean_from_level
+from ams.analysis.diagnostics.declared.gravity_on_gyros import force_columns, mean_from_level
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.point_means import Joint, eliminate, spanned
+from ams.analysis.diagnostics.point_means import Joint, PointMeans, eliminate, spanned
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S
@@ -50,6 +50,8 @@ class EarthOnRates:
     """Beside a linear gyro; beside the terms too where alone it is longer."""
     beside_terms: float
     """The chance of it beside all terms of the scale factor as well; 1 where they leave nothing of it."""
+    beside_gravity: float
+    """The chance of it beside what gravity does to the zero; 1 where that leaves nothing of it."""
 
 
 def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
@@ -88,7 +90,20 @@ def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
         sqrt(float(unit @ found.covariance @ unit)),
         found.p_value,
         1.0 if beside is None else beside.p_value,
+        _beside_gravity(evidence, means, level @ directions, terms),
     )
+
+
+def _beside_gravity(evidence: Evidence, means: PointMeans, level: FloatArray, terms: FloatArray) -> float:
+    """Return the chance of (K, c) columns of the Earth beside gravity on the zero, as far as that leaves them."""
+    force = force_columns(evidence)
+    across = spanned(np.hstack([means.basis, force]))
+    _, lengths, along = np.linalg.svd(level - across @ (across.T @ level), full_matrices=False)
+    left = level @ along[lengths > _SEEN * np.linalg.norm(level)].T
+    count = left.shape[1]
+    tested = eliminate(means, np.hstack([left, force]), np.hstack([evidence.basis, terms]))
+    found = tested.together(range(count), tuple(range(count, count + force.shape[1])))
+    return 1.0 if found is None else found.p_value
 
 
 def _is_longer(found: Joint) -> bool:
@@ -99,8 +114,11 @@ def _is_longer(found: Joint) -> bool:
     return bool(chi_square_tail(square, 1.0) < _CONTRADICTED)
 
 
-def earth_finding(found: EarthOnRates) -> Finding:
-    """Return that the rates lack the Earth's."""
+def earth_finding(found: EarthOnRates, level: float) -> Finding:
+    """Return that the rates lack the Earth's, or where its chance beside gravity is above ``level`` either of both."""
+    or_gravity = (
+        "" if found.beside_gravity <= level else ", or gravity acts on the zero: these points do not tell which"
+    )
     as_well = (
         "; a nonlinearity or an asymmetry of the scale factor explains these points as well, and is told only where "
         "the Earth does not explain it"
@@ -108,13 +126,14 @@ def earth_finding(found: EarthOnRates) -> Finding:
         else ""
     )
     fact = (
-        f"the rates lack the Earth's: the readings show {two_digits(found.size_dps)} ± "
+        f"the rates lack the Earth's{or_gravity}: the readings show {two_digits(found.size_dps)} ± "
         f"{two_digits(2.0 * found.standard_uncertainty_dps)} °/s that stand on the ground, of the {_EARTH_DPS:.4f} °/s "
         f"that it turns by{as_well}; part of it is in the offset, and in no stated uncertainty"
     )
     what_to_do = (
         "put the Earth's rotation into the rates of the file (latitude and heading of the table tell it), or calibrate "
         "by a run, which takes rig.latitude_deg and rig.heading_deg"
+        f"{'; or declare the limit that the gyro has (largest_g_sensitivity_dps_per_g)' if or_gravity else ''}"
     )
     details: dict[str, float | str | None] = {"test": EARTH_ON_RATES, "size": found.size_dps, "unit": "dps"}
     details["standard_uncertainty"] = found.standard_uncertainty_dps

@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 
+from ams.analysis.diagnostics.axis.point_columns import LINEAR
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import eliminate, independent
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
@@ -38,20 +39,22 @@ class GravityTest:
     """Whether the rates have the Earth's: along the vertical that looks like gravity."""
 
 
-def gravity_on_zero(evidence: Evidence, output: int, known: FloatArray) -> GravityTest | None:
+def gravity_on_zero(
+    evidence: Evidence, output: int, known: FloatArray, *, beside_terms: bool = True
+) -> GravityTest | None:
     """Test the zero of a gyro for gravity; None for other sensors, and where the attitudes say nothing.
 
-    ``known``: (K, c) of the points that something else is told to do.
+    ``known``: (K, c) of the points that something else is told to do. ``beside_terms``: of the scale factor, which a
+    gravity that turns with one axis alone passes for.
     """
     base = tested_base(evidence.models[output])
     if not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
         return None
-    force = evidence.layout.mean_by_point(_mean_force_g(evidence.rows))
-    _, lengths, along = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
-    columns = (force - force.mean(axis=0)) @ along[lengths > _ALIKE_G * np.sqrt(force.shape[0])].T
+    columns = force_columns(evidence)
     terms = terms_of_gyro(evidence, output, base)
-    given = independent(np.hstack([evidence.basis, terms[:, terms.any(axis=0)], known]))
-    tested = eliminate(evidence.means(output, given), columns, np.zeros((force.shape[0], 0)))
+    beside = terms[:, terms.any(axis=0)] if beside_terms else terms[:, :0]
+    given = independent(np.hstack([evidence.basis if beside_terms else evidence.basis[:, :LINEAR], beside, known]))
+    tested = eliminate(evidence.means(output, given), columns, np.zeros((columns.shape[0], 0)))
     found = tested.together(range(columns.shape[1]))
     if found is None:
         return None
@@ -59,6 +62,18 @@ def gravity_on_zero(evidence: Evidence, output: int, known: FloatArray) -> Gravi
     return GravityTest(
         found.p_value, float(np.linalg.norm(found.coefficients)) / volts_per_dps, evidence.rows.from_level is not None
     )
+
+
+def force_columns(evidence: Evidence) -> FloatArray:
+    """Return (K, c) the specific force of the points about its mean, in the directions in which they differ; g."""
+    force = evidence.layout.mean_by_point(_mean_force_g(evidence.rows))
+    _, lengths, along = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
+    return np.asarray((force - force.mean(axis=0)) @ along[lengths > _ALIKE_G * np.sqrt(force.shape[0])].T)
+
+
+def is_declared(found: GravityTest | None, level: float, limit_dps_per_g: float | None) -> bool:
+    """Return whether a zero follows gravity, within the limit that is declared of it."""
+    return found is not None and found.p_value <= level and found.size_dps_per_g <= (limit_dps_per_g or 0.0)
 
 
 def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: float | None) -> Finding | None:

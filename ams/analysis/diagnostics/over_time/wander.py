@@ -11,6 +11,7 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.beliefs import (
+    AT_A_LOCATION,
     AUTOCORRELATION,
     BY_REPLICATION,
     BY_THE_DWELL_BEFORE,
@@ -39,7 +40,7 @@ def beside_wander(evidence: Evidence, output: int, tests: AxisTests, made: froze
         return tests
     found, flags = dict(tests.tests), dict(tests.is_significant)
     columns = {BY_REPLICATION: by_temperature.departure_degc(evidence), SETTLING: settling(evidence)}
-    for name in (BY_REPLICATION, SETTLING, LACK_OF_FIT, ROBUST):
+    for name in (BY_REPLICATION, SETTLING, LACK_OF_FIT, AT_A_LOCATION, ROBUST):
         if not flags.get(name) or name in made:
             continue
         less = _inflation(evidence, output, columns.get(name))

@@ -1,6 +1,6 @@
 """Whether what was found is in the stated uncertainties: the words of findings and pages."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from typing import Final
 
 from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, MEMORIES, OF_THE_ORDER
@@ -20,6 +20,10 @@ _OF_ANGLES: Final = "other signs or another order of the angles explain it, and 
 _AS_INDEPENDENT: Final = (
     "it is in the stated uncertainties as errors that differ from attitude to attitude; an index of the table that is "
     "wrong, or a smooth error of it, is alike at many attitudes and is not, and nothing is declared of this table"
+)
+_ALIKE: Final = (
+    "the stated uncertainties take it for errors that differ from attitude to attitude, and it goes alike over the "
+    "attitudes of"
 )
 _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
@@ -45,11 +49,13 @@ def lack_words(
     follows_gravity: bool,
     is_remembering: bool,
     is_of_order: bool,
+    alike_over: Collection[str],
     has_table: bool,
 ) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first.
 
-    ``has_table``: whether index errors of a table are declared.
+    ``alike_over``: axes of the table over whose indices it goes alike. ``has_table``: whether index errors of a table
+    are declared.
     """
     if other_angles:
         return Said(_OF_ANGLES)
@@ -59,7 +65,26 @@ def lack_words(
         return Said(_OF_GRAVITY)
     if is_remembering or is_of_order:
         return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER)
+    if alike_over:
+        return _alike(alike_over)
     return Said(CONTAINED if has_table else _AS_INDEPENDENT)
+
+
+def _alike_axes(findings: Iterable[Finding]) -> list[str]:
+    """Return the axes of the table that findings name so."""
+    after = [finding.text.split(_ALIKE)[1] for finding in findings if _ALIKE in finding.text]
+    return [axis for axis in ("pitch", "roll") if any(f"of {axis}" in text for text in after)]
+
+
+def _alike(axes: Collection[str]) -> Said:
+    fact = (
+        f"{_ALIKE} one index of {' and of '.join(axes)}, so that offset and sensitivities hold more of it than is "
+        "stated"
+    )
+    what_to_do = (
+        "look at the residuals by index: an error of the table is one to declare, a term of the sensor to take in"
+    )
+    return Said(fact, what_to_do)
 
 
 def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
@@ -85,12 +110,15 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     is_remembering = not tests.isdisjoint(MEMORIES)
     if is_drift:
         return drift_words(found, is_remembering=is_remembering, is_differing=DIFFERING in tests)
+    alike_over = _alike_axes(significant)
     lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
-        is_large=any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
+        is_large=not alike_over
+        and any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
         is_of_order=not tests.isdisjoint(OF_THE_ORDER),
+        alike_over=alike_over,
         has_table=not any(_AS_INDEPENDENT in finding.text for finding in found),
     )
     return lack_is.fact

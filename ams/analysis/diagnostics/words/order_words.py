@@ -61,10 +61,9 @@ def _memory(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"the output{together} remembers the attitudes of about {about} before: "
         f"{words.scale.per_g(test.size, test.uncertainty)} of what the force along the axis changed by, fading from "
-        f"dwell to dwell{_as_well(test)}; creep of the sensor, of its mount or its case, or a channel that has not "
-        f"settled{_or_the_table(words)}; sensitivities hold most of it, and the stated uncertainties only a limit that "
-        "is declared "
-        "(largest_nonlinearity_v)",
+        f"dwell to dwell{_as_well(test)}; creep of the sensor, of its mount or its case, a channel that has not "
+        f"settled, or play of an axis, which rests by the way that it came{_or_the_table(words)}; sensitivities hold "
+        "most of it, and the stated uncertainties only a limit that is declared (largest_nonlinearity_v)",
         "dwell longer, or wait longer before each reading, and measure again",
     )
 

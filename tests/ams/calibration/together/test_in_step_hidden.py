@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration.together.in_step_hidden import SAME_ORDER
+from ams.calibration.together.in_step_hidden import SAME_ORDER, hidden_in_words, row_correlation
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 
+FloatArray = NDArray[np.float64]
 PITCH_DEG, ROLL_DEG = np.arange(-75.0, 76.0, 25.0), np.arange(-180.0, 180.0, 45.0)
 REPLICATIONS, DWELL_S = 4, 30.0
 
@@ -64,6 +66,39 @@ def test_an_order_that_repeats_says_how_much_of_what_comes_back_it_hides() -> No
             left = wave - terms.T @ np.linalg.lstsq(terms.T, wave, rcond=None)[0]
             largest = max(largest, float(np.sqrt(1.0 - left @ left / (wave @ wave))))
     assert float(said.partition("sensitivities by ")[2][:4]) == pytest.approx(largest, abs=0.006)
+
+
+def _taken(terms: FloatArray, course: FloatArray) -> float:
+    """Return what a fit by (K, P) terms takes of a course, as a correlation."""
+    left = course - terms @ np.linalg.lstsq(terms, course, rcond=None)[0]
+    return float(np.sqrt(1.0 - left @ left / (course @ course)))
+
+
+@pytest.mark.parametrize("is_raster", [True, False])
+def test_what_comes_back_with_every_row_is_told_by_the_worst_of_its_phases(is_raster: bool) -> None:
+    """Each row begins at −180° of roll, or at the end of the one before; the figure by fits of single courses."""
+    rolls, pitches = np.deg2rad(ROLL_DEG), np.deg2rad(PITCH_DEG)
+    rows = [(a, r) for row, a in enumerate(pitches) for r in (rolls if is_raster or row % 2 == 0 else rolls[::-1])]
+    pitch, roll = np.array(rows).T
+    terms = np.stack(
+        [np.ones_like(pitch), np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=1
+    )
+    place = np.tile(np.arange(rolls.size), pitches.size)
+    waves = [np.cos(2.0 * np.pi * place / rolls.size + phase) for phase in np.linspace(0.0, np.pi, 181)]
+    found, dwells = row_correlation(terms, pitch, roll)
+    assert dwells == rolls.size
+    assert found == pytest.approx(max(_taken(terms, course) for course in (*waves, place - place.mean())), abs=1e-3)
+    assert found > (0.9 if is_raster else 0.5)
+    said = hidden_in_words(terms, pitch, roll)
+    assert f"with every row of {rolls.size} dwells" in said
+    assert f"by {found:.2f}" in said
+
+
+def test_an_order_without_rows_hides_none() -> None:
+    chance = np.random.default_rng(2)
+    pitch, roll = chance.permutation(np.repeat(PITCH_DEG, 8)), chance.permutation(np.tile(ROLL_DEG, 7))
+    terms = np.stack([np.ones_like(pitch), np.sin(np.deg2rad(pitch)), np.cos(np.deg2rad(roll))], axis=1)
+    assert row_correlation(terms, np.deg2rad(pitch), np.deg2rad(roll)) == (0.0, 0)
 
 
 def test_another_order_in_every_replication_and_rows_without_times_say_nothing_of_it() -> None:

@@ -247,8 +247,10 @@ def test_a_lack_of_fit_of_degrees_is_never_contained() -> None:
     at = np.concatenate([shuffled + first * len(shuffled) for first in range(3)])
     found = solved(replace(plain, outputs={axis: volts[at] for axis, volts in plain.outputs.items()}), "model")
     assert (found.verdict, told(found)) == ("not usable", {})
-    for size_g, verdict in ((0.004, "usable"), (0.03, "not usable")):
-        bent = {axis: volts + 2.5 * size_g * np.sin(7.0 * plain.pitch_rad) for axis, volts in plain.outputs.items()}
+    each = np.tile(np.random.default_rng(6).normal(0.0, 0.7, len(shuffled)), 3)  # of every attitude its own
+    wave = np.sin(7.0 * plain.pitch_rad)  # alike at all attitudes of one pitch
+    for course, size_g, verdict in ((each, 0.004, "usable"), (each, 0.03, "not usable"), (wave, 0.004, "not usable")):
+        bent = {axis: volts + 2.5 * size_g * course for axis, volts in plain.outputs.items()}
         found = solved(replace(plain, outputs=bent), "model")
         assert (found.verdict, told(found)) == (verdict, {})
         for axis in found.axes.values():

@@ -96,7 +96,7 @@ def test_cables_exchanged_for_a_part_are_named_from_which_dwell_to_which(
 @pytest.mark.parametrize("replications", [2, 4, 6])
 @pytest.mark.parametrize(("by", "first"), [(1, 0), (-1, 0), (1, 20), (-1, 30)])
 def test_rows_that_slip_by_a_dwell_are_named(replications: int, by: int, first: int) -> None:
-    found = solved(slipped(by, 2, first)(campaign(3, replications)))
+    found = solved(slipped(by, 2, first)(campaign(4, replications)))
     assert (found.verdict, set(named(found))) == ("not usable", set("xyz"))
     for finding in named(found).values():
         where = "before" if by > 0 else "after"

@@ -22,7 +22,8 @@ def test_rails_just_inside_of_one_g_are_no_settling() -> None:
     """0.01 % inside: pitch of ±90° reads short by up to 20″, and replications begin at −90°."""
     found = findings_in("saturation", 0.01)
     assert sum(bool(settling(each)) for each in found) <= 1  # in eight of ten, with a size of 10″
-    assert sum(any(said.kind == "cubic" for said in each) for each in found) >= COUNT // 2
+    ends = {"cubic", "lack-of-fit"}  # a bend, or the one index at which the output is off
+    assert sum(any(said.kind in ends for said in each) for each in found) >= COUNT // 2
 
 
 def test_a_transient_that_is_there_is_told_and_says_what_an_index_would_do() -> None:

@@ -1,0 +1,58 @@
+"""What the stated uncertainties of one output may hold, by what is declared of its sensor."""
+
+from collections.abc import Mapping, Sequence
+from math import inf
+
+import numpy as np
+
+from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, AxisTests
+from ams.analysis.diagnostics.declared.differing_replications import LARGEST, ShiftLimits
+from ams.analysis.diagnostics.locations import alike_over
+from ams.analysis.diagnostics.size_words import Scale
+from ams.analysis.diagnostics.stated_limits import LARGEST_LACK
+from ams.calibration.output.believed import Believed
+from ams.calibration.steps import step_words
+from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
+
+
+def declared_departure(shared: Sequence[SharedError]) -> float:
+    """Return how far the sensor is declared to be from its equation at most, in the output's unit; 0: not declared."""
+    return max((error.limit for error in shared if error.name == NONLINEARITY), default=0.0)
+
+
+def largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
+    """Return the lack of fit that the stated uncertainties may hold, in the output's unit."""
+    if seen.solved.problem.models[seen.index].convention == "SR":
+        return inf
+    return max(declared_departure(shared), LARGEST_LACK * float(np.linalg.norm(seen.solved.primary[seen.index, 1:4])))
+
+
+def largest_shifts(scale: Scale, shared: Sequence[SharedError]) -> ShiftLimits:
+    """Return what replications of an axis may differ by: what is declared of the sensor, where that is more."""
+    limits = shift_limits(shared)
+    per_g = scale.volts_per_radian
+    offset_g = 0.0 if per_g is None else limits[step_words.OFFSET_LIMIT] / per_g
+    return ShiftLimits(max(LARGEST, limits[step_words.SENSITIVITY_LIMIT]), max(LARGEST, offset_g))
+
+
+def shift_limits(shared: Sequence[SharedError]) -> Mapping[str, float]:
+    """Return by key what a sensor is declared to shift by while it is calibrated; 0 where nothing is."""
+    keys = zip((step_words.OFFSET_LIMIT, step_words.SENSITIVITY_LIMIT), SHIFTS_WITHIN, strict=True)
+    return {key: max((error.limit for error in shared if error.name == name), default=0.0) for key, name in keys}
+
+
+def declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
+    """Return the limit of what gravity does to a gyro, °/s per g; None where none is declared."""
+    return next((error.limit for error in shared if error.name == G_SENSITIVITY), None)
+
+
+def lack_alike_over(seen: Believed, tests: AxisTests, departure: float) -> tuple[str, ...]:
+    """Return the axes of the table over whose indices a lack of fit that is told goes alike.
+
+    None where it is within the ``departure`` that is declared of the sensor, which may be alike.
+    """
+    if not tests.is_significant.get(LACK_OF_FIT) or tests.tests[LACK_OF_FIT].size <= departure:
+        return ()
+    if seen.accelerometer is None:
+        return ()
+    return alike_over(seen.evidence, seen.index, seen.evidence.layout.mean_by_point(seen.taken))
