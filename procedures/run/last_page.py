@@ -17,13 +17,14 @@ def leave_last_page(outcome: Outcome, folder: Path, services: RunServices, clock
 
     Last words lie beside the journal that a resume takes up, the page where people look: in the folder of the run.
     """
-    second_folder, is_on_record = services.second_folder, True
+    second_folder, is_on_record, stopped_utc = services.second_folder, True, None
     if outcome.state is State.INTERRUPTED:
-        words = LastWords(outcome.reason, clock.now_utc(), outcome.cause)
+        stopped_utc = clock.now_utc()
+        words = LastWords(outcome.reason, stopped_utc, outcome.cause)
         is_on_record = keep_last_words(outcome.copy or folder, second_folder, words)
     if outcome.state in UNASKED or outcome.cause in ENDED_BY:
         page = explain(
-            folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause, journal_in=outcome.copy
+            folder, outcome.reason, outcome.positions_deg, second_folder, outcome.cause, stopped_utc, outcome.copy
         )
         if outcome.is_journal_away:
             taken = TakenAway(outcome.reason, clock.now_utc(), outcome.copy, page)

@@ -130,7 +130,7 @@ def read_why(
         known = [] if positions_deg else _known_motion(reader)
         done = len(reader.accepted_steps() & {dwell.step for dwell in plan.design_dwells})
         cause = cause or str(state.detail.get("cause", ""))
-        stands = derived_state(reader.state(), is_alive=cause != DIED and is_owned(run_dir))
+        stands = derived_state(reader.state(), is_alive=utc is None and cause != DIED and is_owned(run_dir))
         return Why(
             run=run_dir.name,
             title=reader.header.title,

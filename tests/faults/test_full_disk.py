@@ -24,6 +24,7 @@ from procedures.alerts.settings import AlertSettings
 from procedures.errors import StorageFailed
 from procedures.journal.audit_trail import interruptions_in
 from procedures.journal.corrections import add_note
+from procedures.journal.last_words import read_last_words
 from procedures.journal.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
@@ -34,6 +35,7 @@ from procedures.run.resume import resume
 from procedures.run.services import RunServices
 from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig
+from rig.local_time import at_both
 
 pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 WRITES = "import sys, pathlib; open(sys.argv[1], 'a').write(sys.stdin.read())"
@@ -126,7 +128,12 @@ def test_fault_79_a_disk_that_is_full_in_a_dwell_is_told_explained_and_resumed(
         return
     assert "calrig: night: " in run.said
     assert "full" in run.said
-    assert "full" in _page_in(tmp_path / "second", disk.path)
+    page = _page_in(tmp_path / "second", disk.path)
+    assert "full" in page
+    words = read_last_words(run.run_dir, tmp_path / "second")
+    assert words is not None
+    assert page.splitlines()[0].endswith(": interrupted"), "not what the journal has it doing"
+    assert f"when     {at_both(words.stopped_utc, to_the_second=True)}\n" in page, "not when its last state began"
     disk.free()
     assert status(run.run_dir).state in RESUMABLE
     assert resumed(run.run_dir).state is State.FINISHED
