@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from procedures.description.kind_tables import Static
 from procedures.kinds.kind import Forecast
 from procedures.plan.plan import Plan
 from procedures.plan.unjudged_limits import limits_in_words, limits_of_some
@@ -34,7 +35,7 @@ def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
 
 def _not_judged(rig: RigDescription, plan: Plan) -> Iterator[str]:
     """Yield limits that the run does not judge, of all its sensors or of some."""
-    if plan.static is None:
+    if plan.kind_table("static", Static) is None:
         yield from limits_of_some(rig, plan.solve, plan.sensors)
         return
     for limit in limits_in_words(rig):

@@ -6,7 +6,9 @@ reach, temperature terms that are measured.
 
 from collections.abc import Iterator, Mapping
 
-from procedures.description.kind_tables import Levels, Static
+from pydantic import JsonValue
+
+from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Kind, PlanRequest
@@ -74,8 +76,7 @@ def make_plan(
         expected=expected_duration(rig, schedule.steps, procedure.dwell, request.channels, learned, readings),
         steps=schedule.steps,
         attitude_reference=rig.attitude_reference,
-        levels=procedure.table_of(Levels),
-        static=procedure.table_of(Static),
+        kind_settings=_settings_of(procedure, kind),
         most_samples=schedule.most_samples,
         sequential=sequential_of(procedure, schedule.design, is_at_rest=kind.table is None),
         moving_together=rig.moving_together(),
@@ -83,6 +84,16 @@ def make_plan(
         counts_earth=True,
         counts_temperature=True,
     )
+
+
+def _settings_of(procedure: ProcedureDescription, kind: Kind) -> dict[str, dict[str, JsonValue]]:
+    """Return the kind's own table by its name, every key of it as JSON has it; nothing where the kind has none."""
+    if kind.table is None:
+        return {}
+    name, form = kind.table
+    table = procedure.table_of(form)
+    assert table is not None, "the file was refused without it"
+    return {name: table.model_dump(mode="json")}
 
 
 def _of_calibrations(

@@ -61,8 +61,7 @@ class LongRest(PointKind):
         return "static", f"{axis}_deg"
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
-        static = plan.static
-        assert static is not None
+        static = _table_of(plan)
         of_tables = (
             forecast_of(f"{sensor} ({name})", PARTS[name], static.use_s, static.allowed_deg)
             for sensor, name in static.parts.items()
@@ -99,24 +98,29 @@ class LongRest(PointKind):
         )
 
 
+def _table_of(plan: Plan) -> Static:
+    static = plan.kind_table("static", Static)
+    assert static is not None, "a plan of this kind has its table, those stored before as well"
+    return static
+
+
 def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord], seen: Observations) -> StaticAxis:
     """Return what the longest look says of an axis.
 
     The Allan deviation at the time of use says how far two neighbouring means lie apart.
     """
-    sensor, rig, plan = item.sensor, item.rig, item.plan
-    assert plan.static is not None
+    sensor, rig, static = item.sensor, item.rig, _table_of(item.plan)
     reading = rows[0].readings[channel]
-    allan = allan_deviation(reading.samples, reading.interval_s).from_tau(plan.static.shortest_s)
+    allan = allan_deviation(reading.samples, reading.interval_s).from_tau(static.shortest_s)
     coefficients = read_coefficients(allan)
     count = reading.samples.size
-    factor = min(max(round(plan.static.use_s / reading.interval_s), 1), count // 2)
+    factor = min(max(round(static.use_s / reading.interval_s), 1), count // 2)
     at_use = float(allan_deviation(reading.samples, reading.interval_s, [factor]).deviation[0])
     axis = next(str(axis) for axis, name in sensor.channels.items() if name == channel)
-    part_name = plan.static.parts.get(item.name, "")
+    part_name = static.parts.get(item.name, "")
     part = PARTS.get(part_name)
     per_unit = _per_unit(sensor, axis, reading.unit, part)
-    drift_deg = _drift_deg(sensor, at_use, plan.static.use_s, per_unit)
+    drift_deg = _drift_deg(sensor, at_use, static.use_s, per_unit)
     means = [row.readings[channel].mean for row in rows]
     mean = float(np.mean(means))
     scatter = float(np.std(means, ddof=1) / sqrt(len(means))) if len(means) > 1 else float(allan.deviation[-1])
@@ -129,10 +133,10 @@ def _static_axis(item: SensorRows, channel: str, rows: list[DwellRecord], seen: 
         random_walk_per_sqrt_s=coefficients.random_walk_per_sqrt_s,
         bias_instability=coefficients.bias_instability,
         is_bottom_reached=coefficients.is_bottom_reached,
-        use_s=plan.static.use_s,
-        allowed_deg=plan.static.allowed_deg,
+        use_s=static.use_s,
+        allowed_deg=static.allowed_deg,
         drift_deg=drift_deg,
-        verdict=_verdict(drift_deg, plan.static.use_s, plan.static.allowed_deg),
+        verdict=_verdict(drift_deg, static.use_s, static.allowed_deg),
         noise_terms=_terms(allan, count, reading.interval_s),
         part="" if part is None else f"{part_name} ({part.source})",
         beside_table=()

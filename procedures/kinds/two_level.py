@@ -18,6 +18,7 @@ from procedures.plan.rotations import body_axis, to_stage
 from procedures.plan.steps import Applied, Rest
 from procedures.solution.by_model import observed
 from procedures.solution.expected_points import Solver, by_lines
+from procedures.solution.levels import levels_of
 from procedures.solution.lines import solve_lines
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.abilities.targets import broken_rules
@@ -65,7 +66,8 @@ class TwoLevel(PointKind):
 
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         forecast = super().forecast(rig, procedure, plan)
-        if plan.levels is None or plan.levels.method != "magnet-difference":
+        levels = levels_of(plan)
+        if levels is None or levels.method != "magnet-difference":
             return forecast
         sentence = (
             "the magnet's field is taken from the sensor itself: this tells symmetry and offset, no absolute scale"

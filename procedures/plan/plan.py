@@ -7,14 +7,13 @@ the plan of the journal and never make it again.
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import JsonValue, TypeAdapter, ValidationError
 
 from procedures.description.dwell_settings import DwellSettings
-from procedures.description.kind_tables import Levels, Static
-from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Order, Solve
+from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, KindTable, Order, Solve
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
 from procedures.plan.learned_times import PartTime
@@ -81,10 +80,8 @@ class Plan:
     steps: tuple[Step, ...]
     attitude_reference: AttitudeReference | None = None
     """Of the rig, where it tells the attitude better than the axes do."""
-    levels: Levels | None = None
-    """Of the kind ``two-level``."""
-    static: Static | None = None
-    """Of the kind ``static``."""
+    kind_settings: Mapping[str, Mapping[str, JsonValue]] = field(default_factory=dict)
+    """The kind's own table of the procedure by its name; empty where the kind has none. Read by :meth:`kind_table`."""
     most_samples: int = 0
     """Of one streamed channel in the longest dwell; 0 where ``[dwell]`` says it."""
     sequential: SequentialStop | None = None
@@ -98,6 +95,14 @@ class Plan:
 
     counts_temperature: bool = False
     """What a recorded temperature that no model has may have done is budgeted; a run stored before is as it was."""
+
+    def kind_table(self, name: str, form: type[KindTable]) -> KindTable | None:
+        """Return the kind's own table ``[name]``; None where the plan is of a kind that has another, or none.
+
+        Of runs stored before plans kept every kind's table, only ``levels`` and ``static`` are there.
+        """
+        values = self.kind_settings.get(name)
+        return None if values is None else form.model_validate_json(json.dumps(values))
 
     @property
     def is_at_rest(self) -> bool:
@@ -148,7 +153,7 @@ class Plan:
             raise PlanError(f"{source}: {where}: {first['msg']}; this is not a plan that calrig wrote") from None
         if plan.version != PLAN_VERSION:
             raise _other_version(plan.version, source)
-        return plan
+        return plan if plan.kind_settings else replace(plan, kind_settings=_tables_before(text))
 
 
 def _require_version(text: str, source: str) -> None:
@@ -163,6 +168,25 @@ def _require_version(text: str, source: str) -> None:
 
 def _other_version(found: object, source: str) -> PlanError:
     return PlanError(f"{source}: plan version: got {found!r}, allowed {PLAN_VERSION}; use the calrig that wrote it")
+
+
+@dataclass(frozen=True)
+class _TablesBefore:
+    """The tables that a plan held under names of their own before it had ``kind_settings``."""
+
+    levels: dict[str, JsonValue] | None = None
+    static: dict[str, JsonValue] | None = None
+
+
+def _tables_before(text: str) -> dict[str, dict[str, JsonValue]]:
+    """Return what a stored plan holds in place of ``kind_settings``; nothing of one whose kind has no table."""
+    found = asdict(_adapter_before().validate_json(text))
+    return {name: values for name, values in found.items() if values is not None}
+
+
+@cache
+def _adapter_before() -> TypeAdapter[_TablesBefore]:
+    return TypeAdapter(_TablesBefore)
 
 
 @cache

@@ -26,7 +26,7 @@ from procedures.solution.beliefs import NOMINAL_CONING_DEG
 from procedures.solution.by_model import observed
 from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.expected import assumed_degc
-from procedures.solution.levels import applied_ut
+from procedures.solution.levels import applied_ut, levels_of
 from procedures.solution.lines import line_request, lines_of
 from procedures.solution.request import SensorRows, request_of
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
@@ -138,7 +138,7 @@ def _sensed(item: SensorRows, rows: Observations) -> FloatArray:
 
 def _beside_ut(item: SensorRows) -> FloatArray:
     """Return what stands beside the coils in level axes: as it is declared, else the twin's."""
-    levels, twin = item.plan.levels, item.rig.twin
+    levels, twin = levels_of(item.plan), item.rig.twin
     if levels is not None and levels.surroundings_ut is not None:
         return np.array(levels.surroundings_ut)
     readouts = {channel.partition(".")[0] for channel in item.channels.values()}

@@ -19,7 +19,9 @@ from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.linear import magnet_difference
 from ams.observations import Observations
+from procedures.description.kind_tables import Levels
 from procedures.plan.channels import AXES
+from procedures.plan.plan import Plan
 from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.records.dwells import DwellRecord
 from procedures.solution.request import SensorRows
@@ -72,9 +74,14 @@ class LevelRows:
         )
 
 
+def levels_of(plan: Plan) -> Levels | None:
+    """Return the table ``[levels]`` that a run was planned by; None for a run of another kind."""
+    return plan.kind_table("levels", Levels)
+
+
 def known_levels(item: SensorRows, observations: Observations, axis: str) -> LevelRows:
     """Return what the nominal axis of a sensor was exposed to: specific force (g), rate (dps), field (uT)."""
-    reading, levels = observations.outputs[axis], item.plan.levels
+    reading, levels = observations.outputs[axis], levels_of(item.plan)
     if levels is not None and levels.method == "magnet-difference":
         return _magnet_levels(item.dwells, reading)
     is_beside_the_unknown = levels is not None and levels.surroundings_ut is None
@@ -251,7 +258,7 @@ def _across(unit: FloatArray) -> FloatArray:
 
 
 def _of_surroundings(item: SensorRows, observations: Observations, along: FloatArray) -> Iterator[LevelError]:
-    levels = item.plan.levels
+    levels = levels_of(item.plan)
     if item.sensor.measures != "field" or levels is None or levels.surroundings_uncertainty_ut == 0.0:
         return
     u_ut, turned = levels.surroundings_uncertainty_ut, _turned(observations, along)

@@ -38,7 +38,7 @@ from procedures.records.declared_gaps import (
     temperature_remarks,
 )
 from procedures.solution.declared_directions import declared_in_package
-from procedures.solution.levels import LevelError, LevelRows, known_levels
+from procedures.solution.levels import LevelError, LevelRows, known_levels, levels_of
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.temperature_of_use import calibrated_degc, warnings_of_use
@@ -188,7 +188,8 @@ def _across(item: SensorRows, labels: Sequence[str]) -> Iterator[str]:
     """Say what a line along the nominal direction cannot know: the field across an axis does not turn with it."""
     if item.sensor.measures != "field" or not labels:
         return
-    known = None if item.plan.levels is None else item.plan.levels.surroundings_ut
+    levels = levels_of(item.plan)
+    known = None if levels is None else levels.surroundings_ut
     strength_ut = EARTH_UT if known is None else float(np.linalg.norm(known))
     subject = "each line" if len(labels) == len(item.channels) else f"the line of {' and '.join(labels)}"
     yield (

@@ -18,7 +18,7 @@ from ams.models.field_triad import FieldTriad, Vector, to_package
 from ams.observations import Observations
 from ams.solve.field_across import LARGEST_CONDITION, FieldAcross, field_across
 from procedures.plan.rotations import body_axis
-from procedures.solution.levels import LevelError, errors_of_field
+from procedures.solution.levels import LevelError, errors_of_field, levels_of
 from procedures.solution.request import SensorRows
 
 ACROSS = "field across"
@@ -55,7 +55,7 @@ def triad_of(
 
     ``scatter``: of the readings of every axis, for rows that are planned; None: as they show it.
     """
-    levels = item.plan.levels
+    levels = levels_of(item.plan)
     if item.sensor.measures != "field" or levels is None or levels.method == "magnet-difference":
         return {}
     coils = {coil for row in item.dwells if row.motion is not None for coil in row.motion.field_ut}

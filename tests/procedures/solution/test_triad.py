@@ -8,6 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from pydantic import JsonValue
 from stored_runs import DATA, StoredCase
 
 from ams.analysis.calibration_budget import SOURCES
@@ -20,6 +21,7 @@ from ams.models.field_triad import FieldTriad
 from ams.observations import Observations
 from ams.solve.field_across import field_across
 from procedures.journal.journal_reader import JournalReader
+from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.solution.lines import solve_lines
 from procedures.solution.observations import design_dwells
@@ -85,9 +87,7 @@ def _campaign(
     coning = rng.uniform(0.1, 5.0) if coning_deg is None else coning_deg
     lies = _leaning(coning, rng)
     matrix = lies / (GAIN * np.cos(np.deg2rad(coning)))
-    assert record.plan.levels is not None
-    levels = record.plan.levels.model_copy(update={"surroundings_ut": tuple(EARTH_UT.tolist()) if known else None})
-    plan = replace(record.plan, levels=levels)
+    plan = _with_levels(record.plan, surroundings_ut=EARTH_UT.tolist() if known else None)
     item = SensorRows("MicroMag3", plan.sensors["MicroMag3"], dwells, record.rig, plan, "drawn")
     item = item if wrong is None or not wrong.is_declared else _declaring(item, wrong, known=known)
     stood = np.deg2rad(10.0 ** rng.uniform(*np.log10(SERVO_DEG))) * rng.standard_normal((3, len(dwells)))
@@ -118,14 +118,13 @@ def _campaign(
 
 
 def _declaring(item: SensorRows, wrong: Wrong, *, known: bool) -> SensorRows:
-    assert item.plan.levels is not None
     coil = item.rig.field["coil"].model_copy(update={"direction_uncertainty_deg": wrong.direction_deg})
-    levels = item.plan.levels.model_copy(
-        update={"surroundings_uncertainty_ut": wrong.surroundings_ut if known else 0.0}
-    )
-    return replace(
-        item, rig=item.rig.model_copy(update={"field": {"coil": coil}}), plan=replace(item.plan, levels=levels)
-    )
+    plan = _with_levels(item.plan, surroundings_uncertainty_ut=wrong.surroundings_ut if known else 0.0)
+    return replace(item, rig=item.rig.model_copy(update={"field": {"coil": coil}}), plan=plan)
+
+
+def _with_levels(plan: Plan, **keys: JsonValue) -> Plan:
+    return replace(plan, kind_settings={"levels": {**plan.kind_settings["levels"], **keys}})
 
 
 def _applied(dwells: tuple[DwellRecord, ...]) -> FloatArray:
@@ -270,10 +269,7 @@ def test_offsets_are_known_to_a_tenth_of_what_the_field_across_would_do(known: b
 def test_a_field_that_was_declared_wrongly_is_told_on_every_axis() -> None:
     """Steel under the floor: 3 µT more than surroundings_ut says, where the table's indices explain a tenth of one."""
     campaign = _campaign(3, known=True, coning_deg=0.5)
-    levels = campaign.item.plan.levels
-    assert levels is not None
-    wrong = levels.model_copy(update={"surroundings_ut": (22.0, -9.0, 37.0)})
-    item = replace(campaign.item, plan=replace(campaign.item.plan, levels=wrong))
+    item = replace(campaign.item, plan=_with_levels(campaign.item.plan, surroundings_ut=[22.0, -9.0, 37.0]))
     right, told = (solve_lines(each, campaign.observations).calibration for each in (campaign.item, item))
     assert right is not None
     assert told is not None
