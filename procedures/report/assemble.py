@@ -13,17 +13,16 @@ from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, withheld
 from ams.units import label_and_unit
 from procedures.journal.audit_trail import interruptions_in, made_again_in, missing_in, notes_in
-from procedures.journal.known_devices import identities_in_words, replacements
+from procedures.journal.known_devices import replacements
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
-from procedures.records.dwells import DwellRecord, measured_again
+from procedures.records.dwells import measured_again
 from procedures.report.conclusions import axis_view
-from procedures.report.conditions import condition_sections
-from procedures.report.declared import declared_sections, device_rows, standard_rows
+from procedures.report.section import with_data_of_sections
 from procedures.report.stability import check_comparisons, reference_traces, restart_steps, temperature_traces
 from procedures.report.truth import truth_of
 from procedures.report.verdict import judge
-from procedures.report.view import AxisFindings, Counts, DesignView, Past, RejectedDwell, RunView, SensorView
+from procedures.report.view import AxisFindings, Counts, DesignView, Past, RunView, SensorView
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from procedures.solution.run_findings import findings_beside_dwells, of_sensor
@@ -54,7 +53,7 @@ def assemble_view(
     chains = correcting(record.rig.chain)
     declared = [at_declared(dwell, chains) for dwell in dwells]
     checks = check_comparisons(declared, labels, record.events, record.judged_visits)
-    return RunView(
+    view = RunView(
         title=record.plan.title,
         run_id=record.run_id,
         state=record.state,
@@ -81,19 +80,13 @@ def assemble_view(
         counts=counts,
         sensors=sensors,
         interruptions=interruptions,
-        rejected=tuple(_rejected(dwell) for dwell in dwells if not dwell.accepted),
         notes=notes_in(record.events),
-        devices=device_rows(record.rig, identities_in_words(record.tenures)),
-        standards=standard_rows(record.rig),
         temperature=temperature_traces(dwells),
         reference=reference_traces(dwells, labels),
         checks=checks,
-        declared={**declared_sections(record.rig), **condition_sections(record.events)},
-        hashes=record.hashes,
-        versions=record.versions,
-        made_again=made_again_in(record.events),
         missing=() if record.is_simulated else missing_in(record.events),
     )
+    return with_data_of_sections(record, solved, view)
 
 
 def _sensor_views(
@@ -220,16 +213,3 @@ def _ended_utc(record: RunRecord) -> datetime | None:
     if record.state in UNFINISHED:
         return None
     return record.ended_utc
-
-
-def _rejected(dwell: DwellRecord) -> RejectedDwell:
-    return RejectedDwell(
-        utc=dwell.started_utc,
-        step=dwell.step,
-        purpose=dwell.purpose,
-        replication=dwell.replication,
-        point=dwell.point,
-        attempt=dwell.attempt,
-        targets_deg=dwell.targets_deg,
-        reasons=dwell.reasons,
-    )

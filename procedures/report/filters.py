@@ -19,11 +19,9 @@ from ams.units import printed as printed_unit
 from procedures.journal.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, attitude, degrees_of_freedom, duration, p_value, three_digits, two_digits
 from procedures.report.canvas import Figure
-from procedures.report.check_rows import check_rows
 from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
 from procedures.report.overview import overview_rows
-from procedures.report.rejected_rows import rejected_rows
 from procedures.report.view import AxisView, ParameterRow, RunView, SensorView
 from procedures.solution.budget_view import BudgetView
 
@@ -267,7 +265,6 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "dof": degrees_of_freedom,
     "factor": factor_text,
     "as_arcsec": as_arcsec,
-    "check_rows": check_rows,
     "microvolt": microvolt,
     "primary_label": primary_label,
     "primary_linear": primary_linear,
@@ -283,7 +280,6 @@ FILTERS: Mapping[str, Callable[..., Any]] = {
     "degrees": angle,
     "indices": with_indices,
     "overview_rows": overview_rows,
-    "rejected_rows": rejected_rows,
     "significant_findings": significant_findings,
     "tests_in_short": tests_in_short,
     "test_name": test_name,

@@ -20,7 +20,7 @@ from ams.observations import Observations
 from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
-from procedures.journal.audit_trail import Interruption, MadeAgain, Note
+from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import Section
 from procedures.numbers import two_digits
 from procedures.plan.order import attitudes_in_words
@@ -191,41 +191,6 @@ class Past:
 
 
 @dataclass(frozen=True)
-class RejectedDwell:
-    """A dwell that was judged and not used."""
-
-    utc: datetime
-    step: int
-    purpose: str
-    replication: int
-    point: int
-    attempt: int
-    targets_deg: Mapping[str, float]
-    reasons: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Device:
-    """A device as it introduced itself."""
-
-    name: str
-    driver: str
-    identity: str
-    standard: str
-
-
-@dataclass(frozen=True)
-class StandardRow:
-    """A certificate the calibration rests on."""
-
-    name: str
-    serial: str
-    certificate: str
-    due: str
-    uncertainty: str
-
-
-@dataclass(frozen=True)
 class DesignView:
     """The design points in the order of the first replication's visits."""
 
@@ -341,23 +306,14 @@ class RunView:
     counts: Counts
     sensors: tuple[SensorView, ...]
     interruptions: tuple[Interruption, ...]
-    rejected: tuple[RejectedDwell, ...]
     notes: tuple[Note, ...]
-    devices: tuple[Device, ...]
-    standards: tuple[StandardRow, ...]
     temperature: tuple[TemperatureTrace, ...]
     reference: tuple[ReferenceTrace, ...]
     checks: tuple[CheckComparison, ...]
-    declared: Mapping[str, Mapping[str, str]]
-    """Sections of the rig file that are carried as declared: laboratory, job, level, chain, acceptance."""
-    hashes: Mapping[str, str]
-    """What was hashed to its SHA-256."""
-    versions: Mapping[str, str]
-    """Software to its version."""
-    made_again: tuple[MadeAgain, ...] = ()
-    """Moves that did not end at the first attempt."""
     missing: tuple[str, ...] = ()
     """What the laboratory lacked for a calibration when the run began; of a run on twins nothing is asked."""
+    of_sections: Mapping[str, object] = field(default_factory=dict)
+    """Section of the page to what it brings for itself (:class:`procedures.report.section.Section`)."""
 
     @property
     def stamps(self) -> tuple[str, ...]:

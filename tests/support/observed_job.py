@@ -36,6 +36,8 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_record
 from procedures.plan.plan import Plan
+from procedures.report.sections.equipment import Equipment
+from procedures.report.view import RunView
 from procedures.report.write import view_of
 from procedures.run.begin import begin
 from procedures.solution.record import read_record
@@ -204,11 +206,19 @@ def _delivered(run: SolvedRun) -> Iterator[tuple[str, str]]:
             if coefficients.provenance["laboratory"]
         ),
     )
-    yield "report", _text(replace(view_of(run.record, run.sensors), declared={}, standards=(), versions={}))
+    yield "report", _text(_without_what_sections_only_carry(view_of(run.record, run.sensors)))
     left = as_left(run.record, run.sensors, sets) if sets else {}
     yield "judgement", _text(left)
     certificates = [_certificate(coefficients, left[name]) for name, coefficients in sets.items() if name in left]
     yield "certificate", SHA256.sub("", "".join(certificates))
+
+
+def _without_what_sections_only_carry(view: RunView) -> RunView:
+    """The view without hashes, versions, standards and what the rig file declares, as they stand there."""
+    equipment = view.of_sections["equipment"]
+    assert isinstance(equipment, Equipment)
+    of_this_run = {"provenance": None, "equipment": replace(equipment, declared={}, standards=())}
+    return replace(view, of_sections={**view.of_sections, **of_this_run})
 
 
 def _without_identity(coefficients: CoefficientSet) -> dict[str, Any]:

@@ -14,18 +14,19 @@ from ams.gravity import Gravity
 from ams.observations import Observations
 from procedures.journal.audit_trail import Interruption, Note  # fmt: skip
 from procedures.report.conclusions import axis_view
+from procedures.report.sections.equipment import Device, Equipment, StandardRow
+from procedures.report.sections.provenance import Provenance
+from procedures.report.sections.rejected import NotBelieved, RejectedDwell
+from procedures.report.sections.run import check_rows
 from procedures.report.verdict import judge
 from procedures.report.view import (  # fmt: skip
     AxisFindings,
     CheckComparison,
     Counts,
     DesignView,
-    Device,
     ReferenceTrace,
-    RejectedDwell,
     RunView,
     SensorView,
-    StandardRow,
     TemperatureTrace,
 )
 
@@ -34,6 +35,16 @@ START = datetime(2026, 3, 1, 18, 0, tzinfo=UTC)
 ARCSEC = np.deg2rad(1.0 / 3600.0)
 SECONDS_PER_DWELL = 30.0
 K = {"x": (2.5, 0.0, 0.0179, 0.0125), "y": (2.48, 1, 0.0122, -0.0044), "z": (2.52, 2, -0.0165, 0.006)}
+EQUIPMENT = Equipment(
+    (
+        Device("axes.pitch", "indexing-table", "TWIN,INDEXING TABLE,0,1.0", "table"),
+        Device("axes.roll", "indexing-table", "TWIN,INDEXING TABLE,0,1.0", "table"),
+        Device("readouts.dmm", "hp3458a", "HP3458A", ""),
+    ),
+    (StandardRow("table", "AA-2216", "26-0117", "2027-06-30", "±1 ″ (limit)"),),
+    {"laboratory": {"name": "Example", "address": "1 Granite Way"}},
+)
+PROVENANCE = Provenance({"journal content": "ab" * 32, "plan": "cd" * 32}, {"calrig": "0.1.0", "numpy": "2.4.0"})
 
 
 @dataclass(frozen=True)
@@ -86,21 +97,19 @@ def run_view(scene: Scene) -> RunView:
             np.rad2deg(observations.pitch_rad[first]), np.rad2deg(observations.roll_rad[first]),
         ),
         counts=counts, sensors=sensors, interruptions=interruptions,
-        rejected=tuple(_rejected(index) for index in range(scene.rejected)),
         notes=(Note(START, "A. Operator", scene.note),) if scene.note else (),
-        devices=(
-            Device("axes.pitch", "indexing-table", "TWIN,INDEXING TABLE,0,1.0", "table"),
-            Device("axes.roll", "indexing-table", "TWIN,INDEXING TABLE,0,1.0", "table"),
-            Device("readouts.dmm", "hp3458a", "HP3458A", ""),
-        ),
-        standards=(StandardRow("table", "AA-2216", "26-0117", "2027-06-30", "±1 ″ (limit)"),),
         temperature=(TemperatureTrace("air", hours, 20.0 + 0.1 * np.sin(hours) + 0.01 * chance.normal(size=rows)),),
         reference=tuple(
             ReferenceTrace(f"SN1047 {axis}", hours[::25], 1e-6 * chance.normal(size=hours[::25].size), 2.5)
             for axis in scene.axes
         ),
-        checks=checks, declared={"laboratory": {"name": "Example", "address": "1 Granite Way"}},
-        hashes={"journal content": "ab" * 32, "plan": "cd" * 32}, versions={"calrig": "0.1.0", "numpy": "2.4.0"},
+        checks=checks,
+        of_sections={
+            "run": check_rows(checks),
+            "rejected": NotBelieved(tuple(_rejected(index) for index in range(scene.rejected)), ()),
+            "equipment": EQUIPMENT,
+            "provenance": PROVENANCE,
+        },
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.report.figures import Figures
 from procedures.report.page import render_page
+from procedures.report.sections.rejected import NotBelieved
 from procedures.report.view import RunView
 from procedures.run.handover import handover
 from procedures.run.stop_page import explain
@@ -49,7 +50,9 @@ def test_report_and_document_of_a_sensor_tell_a_jam_with_time_axis_and_what_was_
 ) -> None:
     with JournalReader.open(jammed) as reader:
         view = assemble_view(read_record(reader), {}, only=only)
-    (move,) = view.made_again
+    brought = view.of_sections["rejected"]
+    assert isinstance(brought, NotBelieved)
+    (move,) = brought.made_again
     assert (move.axis, move.utc) == ("pitch", _jam(jammed).utc)
     assert f"{move.axis}: {move.found}" == _jam(jammed).detail["reason"]
     assert any(ground.startswith("1 move was made again") for ground in view.verdict.grounds)

@@ -9,6 +9,9 @@ from report_journal import write_journal
 
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_record
+from procedures.report.sections.equipment import Equipment
+from procedures.report.sections.provenance import Provenance
+from procedures.report.sections.rejected import NotBelieved
 from procedures.report.view import RunView
 from procedures.report.write import draw_report, view_of, write_paper, write_screen
 from procedures.solution.record import RunRecord, read_record
@@ -44,8 +47,11 @@ def test_every_dwell_is_accounted_for(view: RunView) -> None:
     # 5 × 7 attitudes × 3 replications, 6 check attitudes, a reference visit after every 20th design dwell
     assert view.counts.design_planned == view.counts.design_accepted == 105
     assert view.counts.accepted == view.counts.planned
-    assert view.counts.rejected == view.counts.rejected_and_repeated == len(view.rejected) == 1
-    assert view.rejected[0].reasons == ("scatter 4.1 times the reference",)
+    assert view.counts.rejected == view.counts.rejected_and_repeated == 1
+    brought = view.of_sections["rejected"]
+    assert isinstance(brought, NotBelieved)
+    (rejected,) = brought.dwells
+    assert rejected.reasons == ("scatter 4.1 times the reference",)
     assert view.design.points == 35
 
 
@@ -72,11 +78,14 @@ def test_the_design_is_drawn_in_the_order_of_the_first_replication(view: RunView
 
 
 def test_devices_standards_and_hashes_are_those_of_the_run(view: RunView, journal: Path) -> None:
-    assert [device.name for device in view.devices] == ["axes.pitch", "axes.roll", "readouts.dmm", "environment.air"]
-    assert view.standards[0].uncertainty == "±1 ″ (limit)"
+    found, provenance = view.of_sections["equipment"], view.of_sections["provenance"]
+    assert isinstance(found, Equipment)
+    assert isinstance(provenance, Provenance)
+    assert [device.name for device in found.devices] == ["axes.pitch", "axes.roll", "readouts.dmm", "environment.air"]
+    assert found.standards[0].uncertainty == "±1 ″ (limit)"
     with JournalReader.open(journal) as reader:
-        assert view.hashes["journal content"] == reader.sha256_of_content()
-        assert view.hashes["plan"] == reader.header.plan.sha256
+        assert provenance.hashes["journal content"] == reader.sha256_of_content()
+        assert provenance.hashes["plan"] == reader.header.plan.sha256
     assert view.is_simulated
     assert view.stamps == ("SIMULATED", "ENGINEERING")
 

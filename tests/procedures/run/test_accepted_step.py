@@ -14,7 +14,7 @@ from procedures.journal.corrections import Authorisation, redo, void_from
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
-from procedures.report.check_rows import check_rows
+from procedures.report.sections.run import check_rows
 from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import open_rig

@@ -5,12 +5,13 @@ from datetime import timedelta
 
 from report_scene import Scene, run_view
 
-from procedures.report.rejected_rows import rejected_rows
-from procedures.report.view import RejectedDwell
+from procedures.report.sections.rejected import NotBelieved, RejectedDwell, rejected_rows
 
 
 def _rejected(step: int, reason: str) -> RejectedDwell:
-    (dwell,) = run_view(Scene(axes=("x",), rejected=1)).rejected
+    brought = run_view(Scene(axes=("x",), rejected=1)).of_sections["rejected"]
+    assert isinstance(brought, NotBelieved)
+    (dwell,) = brought.dwells
     return replace(dwell, utc=dwell.utc + timedelta(minutes=step), step=step, point=step, reasons=(reason,))
 
 

@@ -2,7 +2,7 @@ from datetime import date
 
 from report_journal import EXAMPLE_RIG
 
-from procedures.report.declared import declared_sections, device_rows, standard_rows
+from procedures.report.sections.equipment import declared_sections, device_rows, standard_rows
 from rig.description.read import read_rig
 from rig.description.rig_file import Job, Level, LevelReading, RigDescription, Standard
 

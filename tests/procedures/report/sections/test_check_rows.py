@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from procedures.report.check_rows import check_rows
+from procedures.report.sections.run import check_rows
 from procedures.report.view import CheckComparison
 
 ARCSEC_V = 1.212e-5
