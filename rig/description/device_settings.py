@@ -6,7 +6,7 @@ The strict tables here are what ``rig.toml`` is validated against.
 import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Protocol, Self, runtime_checkable
 
 from pydantic import Field, field_validator, model_validator
 
@@ -86,6 +86,11 @@ class AxisSettings(StrictTable):
         return False
 
     @property
+    def is_set_by_hand(self) -> bool:
+        """Whether a person moves it, whom the program asks; nobody remembers its zero from one command to the next."""
+        return False
+
+    @property
     def moves_beside_others(self) -> bool:
         """Whether it answers, and may move, while another axis of the rig is on its way."""
         return True
@@ -150,6 +155,21 @@ class AxisSettings(StrictTable):
     def attitude_deg(self, table_deg: float) -> float:
         """Return what the machine's own angle is as an attitude."""
         return self.sign * (table_deg - self.zero_deg)
+
+
+@runtime_checkable
+class PulseDriven(Protocol):
+    """Settings of an axis that is sent pulses, such as a servo: which pulse stands for an attitude."""
+
+    @property
+    def pulse_limits_us(self) -> tuple[float, float]:
+        """Shortest and longest pulse that the machine is sent."""
+
+    def pulse_us(self, attitude_deg: float) -> float:
+        """Return the pulse at an attitude, which may lie outside the limits."""
+
+    def pulse_attitude_deg(self, pulse_us: float) -> float:
+        """Return the attitude at a pulse."""
 
 
 class ReadoutSettings(StrictTable):

@@ -79,6 +79,14 @@ class MaestroSettings(AxisSettings):
             )
         return self
 
+    def pulse_us(self, attitude_deg: float) -> float:
+        """Return the pulse at an attitude, microseconds."""
+        return PulseCalibration(self.points).pulse_us(self.table_deg(attitude_deg))
+
+    def pulse_attitude_deg(self, pulse_us: float) -> float:
+        """Return the attitude at a pulse, degrees."""
+        return self.attitude_deg(PulseCalibration(self.points).angle_deg(pulse_us))
+
     @property
     def pulse_limit_quarters(self) -> tuple[int, int]:
         """The controller's own limits of the channel, quarter-microseconds."""

@@ -24,6 +24,10 @@ class ManualSettings(AxisSettings):
     driver: Literal["manual"]
 
     @property
+    def is_set_by_hand(self) -> bool:
+        return True
+
+    @property
     def moves_beside_others(self) -> bool:
         """A person is asked for one step at a time."""
         return False

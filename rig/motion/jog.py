@@ -17,13 +17,12 @@ from rig.abilities.rest import band_deg
 from rig.abilities.setpoint_memory import KeepsSetpointMemory
 from rig.cables.cable import CableGuard
 from rig.clock import Clock
+from rig.description.device_settings import PulseDriven
 from rig.description.rig_file import RigDescription
-from rig.devices.maestro_settings import MaestroSettings
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.motion.out_of_reach import open_in_time, out_of_reach
-from rig.wire.pulses import PulseCalibration
 
 WHOLE_TURN_DEG = 360.0
 ROOM_S = 1.0
@@ -272,18 +271,16 @@ def wound_turns(rig: OpenRig, axis: str) -> float | None:
 
 
 def pulse_of(rig: OpenRig, axis: str, attitude_deg: float) -> float | None:
-    """Return the pulse of a servo at an attitude, microseconds; None where the axis is no servo."""
+    """Return the pulse of a servo at an attitude, microseconds; None where the axis is sent no pulses."""
     settings = rig.description.axes[axis]
-    if not isinstance(settings, MaestroSettings):
-        return None
-    return PulseCalibration(settings.points).pulse_us(settings.sign * attitude_deg + settings.zero_deg)
+    return settings.pulse_us(attitude_deg) if isinstance(settings, PulseDriven) else None
 
 
 def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
     """Return the attitude that a servo takes at a pulse: sent as such, under its limits. Raises: RequestRefused."""
     _axis(rig, axis)
     settings = rig.description.axes[axis]
-    if not isinstance(settings, MaestroSettings):
+    if not isinstance(settings, PulseDriven):
         raise RequestRefused(f"{axis}: is no servo and has no pulses (axes.{axis}: driver); nothing moved")
     low_us, high_us = settings.pulse_limits_us
     if not low_us <= pulse_us <= high_us:
@@ -291,7 +288,7 @@ def attitude_of_pulse(rig: OpenRig, axis: str, pulse_us: float) -> float:
             f"{axis}: pulse {pulse_us:g} µs, allowed {low_us:g} to {high_us:g} µs (axes.{axis}: pulse_limits_us);"
             " nothing moved; ask for one inside"
         )
-    return settings.sign * (PulseCalibration(settings.points).angle_deg(pulse_us) - settings.zero_deg)
+    return settings.pulse_attitude_deg(pulse_us)
 
 
 def readings(rig: OpenRig, channels: Sequence[str], samples: int, wait: Wait) -> list[Reading]:

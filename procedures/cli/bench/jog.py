@@ -314,7 +314,7 @@ def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
     too, is asked for the zero of the axis that is ``moved``: nobody remembers it. Machines are left alone.
     """
     for name, axis in opened.description.axes.items():
-        if axis.port == TWIN_PORT or (name == moved and axis.driver == "manual"):
+        if axis.port == TWIN_PORT or (name == moved and axis.is_set_by_hand):
             home(opened, name, wait)
 
 

@@ -9,10 +9,11 @@ from table_bench import rig_file
 from turning_rig import DRIVE_FOR_ROLL, STAGE_FOR_ROLL
 
 from rig.assembly.open_rig import Rig, open_rig
+from rig.description.device_settings import AxisSettings
 from rig.description.fault_plan import FaultPlan, FaultRule
 from rig.description.read import read_rig
 from rig.errors import RequestRefused
-from rig.motion.jog import home, jog_by, jog_to, readings, require_room_to_turn, turn_for
+from rig.motion.jog import attitude_of_pulse, home, jog_by, jog_to, pulse_of, readings, require_room_to_turn, turn_for
 
 
 @pytest.fixture
@@ -51,6 +52,31 @@ def test_a_step_across_the_limit_moves_nothing(rig: Rig) -> None:
     with pytest.raises(RequestRefused, match="move to 46°: outside the limits, allowed -45 to 45°"):
         jog_by(rig, "pitch", 1.0, wait)
     assert rig.axes["pitch"].state().position_deg == 45.0
+
+
+class PulsedByOthers(AxisSettings):
+    """A servo of another distribution: 10 µs a degree about 1500 µs."""
+
+    pulse_limits_us: tuple[float, float] = (900.0, 2100.0)
+
+    def pulse_us(self, attitude_deg: float) -> float:
+        return 1500.0 + 10.0 * self.table_deg(attitude_deg)
+
+    def pulse_attitude_deg(self, pulse_us: float) -> float:
+        return self.attitude_deg((pulse_us - 1500.0) / 10.0)
+
+
+def test_pulses_are_of_every_axis_whose_settings_tell_them(rig: Rig) -> None:
+    """Whoever made its driver: sign −1 and zero 5° put 20° at −15° of the machine, which is 1350 µs."""
+    servo = PulsedByOthers(driver="x", port="twin", limits_deg=(-45.0, 45.0), speed_dps=10.0, sign=-1, zero_deg=5.0)
+    rig.description = rig.description.model_copy(update={"axes": {**rig.description.axes, "pitch": servo}})
+    assert pulse_of(rig, "pitch", 20.0) == 1350.0
+    assert attitude_of_pulse(rig, "pitch", 1350.0) == 20.0
+    with pytest.raises(RequestRefused, match="pitch: pulse 2101 µs, allowed 900 to 2100 µs"):
+        attitude_of_pulse(rig, "pitch", 2101.0)
+    assert pulse_of(rig, "roll", 20.0) is None
+    with pytest.raises(RequestRefused, match="roll: is no servo and has no pulses"):
+        attitude_of_pulse(rig, "roll", 1500.0)
 
 
 def test_an_axis_without_a_home_is_not_jogged(rig: Rig) -> None:
