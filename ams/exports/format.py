@@ -37,6 +37,8 @@ class Format:
     nothing is."""
     needs: tuple[str, ...] = ()
     """Libraries of an extra that writing it takes."""
+    since: int = 1
+    """Version of coefficient sets that was written when the format came: of those before no file of it exists."""
 
     def file_name(self, stem: str) -> str:
         """Return a file's name such as ``SN1047.fixed.h``."""
