@@ -21,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings
 from ams.attitude.few_axes import OneAxis, TwoAxes
-from ams.attitude.force_covariance import OutputErrors
+from ams.attitude.force_covariance import ParameterErrors
 from ams.attitude.gyro import integrate_rates
 from ams.attitude.kalman import GyroNoise, start_estimate
 from ams.attitude.rate_scan import integrate, quaternions, turns_of_rates
@@ -48,7 +48,7 @@ def _angles(rows: int) -> Iterator[Figure]:
     pitch, roll = rng.uniform(-1.2, 1.2, rows), rng.uniform(-3.0, 3.0, rows)
     outputs = OFFSET_V[:, None] + K @ specific_force(pitch, roll).T + READING_V[:, None] * rng.normal(size=(3, rows))
     parts = np.stack([np.diag(rng.uniform(1e-12, 4e-12, 12)) for _ in range(2)])
-    errors = OutputErrors(parts, np.array([5.0, 60.0]), READING_V**2)
+    errors = ParameterErrors(parts, np.array([5.0, 60.0]), READING_V**2)
     three = three_axes(K, OFFSET_V, errors, redundancy_limit)
     limit_s = _limit_s(outputs)
     whole_s, plain_s = best_s(lambda: three.attitude(outputs)), best_s(lambda: three.angles(outputs))
@@ -59,8 +59,8 @@ def _angles(rows: int) -> Iterator[Figure]:
     yield Figure(
         "three axes, angles alone", rows / plain_s / 1e6, "M/s", 15.0, at_most=False, note=f"{plain_s / limit_s:.1f} ×"
     )
-    pair = TwoAxes(K[:2], OFFSET_V[:2], OutputErrors(parts[:, :8, :8], errors.dof, READING_V[:2] ** 2))
-    single = OneAxis(K[0], OFFSET_V[0], OutputErrors(parts[:, :4, :4], errors.dof, READING_V[:1] ** 2))
+    pair = TwoAxes(K[:2], OFFSET_V[:2], ParameterErrors(parts[:, :8, :8], errors.dof, READING_V[:2] ** 2))
+    single = OneAxis(K[0], OFFSET_V[0], ParameterErrors(parts[:, :4, :4], errors.dof, READING_V[:1] ** 2))
     two_s = best_s(lambda: pair.attitude(outputs[:2]))
     single_s = best_s(lambda: single.attitude(outputs[0], roll, 1e-4))
     yield Figure("two axes, sd and flags", rows / two_s / 1e6, "M/s", 3.0, at_most=False)

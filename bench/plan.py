@@ -8,7 +8,7 @@ from typing import get_args
 import numpy as np
 
 from bench.figure import Effort, Figure
-from procedures.check.candidate import PlanRequest, SearchRange, Target
+from procedures.check.candidate import SearchRange, SearchRequest, Target
 from procedures.check.candidates import compare
 from procedures.description.procedure_file import Order
 from procedures.plan.designs import full_grid
@@ -29,7 +29,7 @@ GRID = full_grid(np.linspace(-90.0, 90.0, 60).tolist(), np.linspace(-180.0, 172.
 
 def figures(effort: Effort) -> Iterator[Figure]:
     """Time one comparison."""
-    request = PlanRequest(
+    request = SearchRequest(
         read_rig(RIG), Target(hours=50.0), Usage((-60.0, 60.0)), space=FEW if effort.is_tiny else MANY
     )
     count = len(compare(request).candidates)

@@ -14,7 +14,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
-from ams.attitude.force_covariance import OutputErrors, monomials, output_polynomials
+from ams.attitude.force_covariance import ParameterErrors, monomials, output_polynomials
 from ams.attitude.spread import Spread, beside_singular
 from ams.attitude.three_axes import (
     CLEARANCE_SD,
@@ -66,7 +66,7 @@ class OneAxis:
     k_v_per_g: FloatArray
     """(3,)"""
     offset_v: float
-    errors: OutputErrors
+    errors: ParameterErrors
     """Of one output."""
 
     def attitude(self, output_v: FloatArray, roll_rad: FloatArray, roll_sd_rad: float = 0.0) -> AttitudeColumns:
@@ -121,7 +121,7 @@ class TwoAxes:
     """(2, 3)"""
     offset_v: FloatArray
     """(2,)"""
-    errors: OutputErrors
+    errors: ParameterErrors
     is_upright: bool = True
     is_right_wing_down: bool = True
 

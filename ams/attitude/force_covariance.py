@@ -89,7 +89,7 @@ class PackedWeighing:
 
 
 @dataclass(frozen=True)
-class OutputErrors:
+class ParameterErrors:
     """What is not known of S outputs."""
 
     covariances_v2: FloatArray
@@ -149,7 +149,7 @@ class PolynomialErrors:
         return form, float(constant)
 
 
-def errors_of_force(k_v_per_g: FloatArray, errors: OutputErrors) -> PolynomialErrors:
+def errors_of_force(k_v_per_g: FloatArray, errors: ParameterErrors) -> PolynomialErrors:
     """Return the errors of K⁻¹(v − b) for (3, 3) sensitivities.
 
     Outputs are weighed by their reading's own variance and, of the calibrations, by their mean in units of g: a
@@ -175,7 +175,7 @@ def errors_of_force(k_v_per_g: FloatArray, errors: OutputErrors) -> PolynomialEr
     )
 
 
-def output_polynomials(errors: OutputErrors) -> tuple[list[tuple[int, int, int]], FloatArray]:
+def output_polynomials(errors: ParameterErrors) -> tuple[list[tuple[int, int, int]], FloatArray]:
     """Return the M powers and the coefficients (C, S, S, M) of the calibration's covariance between outputs, volts²."""
     products = [[_on_sphere(_product(p, q)) for q in errors.basis] for p in errors.basis]
     names = sorted({name for row in products for product in row for name in product} | {(0, 0, 0)})

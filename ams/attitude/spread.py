@@ -49,7 +49,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class OutputErrors:
+class PredictionErrors:
     """Errors of S outputs less their predictions."""
 
     calibration: Sequence[Part]
@@ -101,21 +101,21 @@ class AngleVariances:
 
 def output_errors(
     sensors: Sequence[UncertainSensor], force: FloatArray, package: PackageErrors | None = None
-) -> OutputErrors:
+) -> PredictionErrors:
     """Return the errors of the outputs at (3, n) force.
 
     Without a package's covariance every axis' calibration counts as independent of the others'.
     """
     reading = np.stack([sensor.reading_variance_v2(force) for sensor in sensors], axis=-1)
     if package is not None:
-        return OutputErrors(package.output_parts(force), reading)
+        return PredictionErrors(package.output_parts(force), reading)
     parts: list[Part] = []
     for index, sensor in enumerate(sensors):
         for variance, dof in sensor.calibration_parts(force):
             covariance = np.zeros((*reading.shape, len(sensors)))
             covariance[:, index, index] = variance
             parts.append((covariance, dof))
-    return OutputErrors(parts, reading)
+    return PredictionErrors(parts, reading)
 
 
 def beside_singular(along: FloatArray, across: FloatArray, is_singular: BoolArray) -> FloatArray:
@@ -146,9 +146,9 @@ def weighing_variances(sensors: Sequence[UncertainSensor], K: FloatArray, force:
     return np.asarray(reading + squares * np.mean(calibration / squares, axis=-1, keepdims=True))
 
 
-def side_by_side(first: OutputErrors, second: OutputErrors) -> OutputErrors:
+def side_by_side(first: PredictionErrors, second: PredictionErrors) -> PredictionErrors:
     """Join the errors of two packages that were calibrated apart."""
     size, more = first.reading.shape[1], second.reading.shape[1]
     padded = [(np.pad(c, ((0, 0), (0, more), (0, more))), dof) for c, dof in first.calibration]
     padded += [(np.pad(c, ((0, 0), (size, 0), (size, 0))), dof) for c, dof in second.calibration]
-    return OutputErrors(padded, np.concatenate([first.reading, second.reading], axis=1))
+    return PredictionErrors(padded, np.concatenate([first.reading, second.reading], axis=1))

@@ -33,8 +33,8 @@ from ams.attitude.few_axes import (
 )
 from ams.attitude.force_covariance import PACKED, PackedWeighing
 from ams.attitude.spread import (
-    OutputErrors,
     PackageErrors,
+    PredictionErrors,
     Spread,
     UncertainSensor,
     beside_singular,
@@ -266,7 +266,7 @@ class _SampledErrors:
         covariances = [covariance for covariance, _ in errors.calibration]
         return [self._packed(part) for part in (*covariances, errors.reading[..., None] * np.eye(3))]
 
-    def _of_outputs(self, force: FloatArray) -> OutputErrors:
+    def _of_outputs(self, force: FloatArray) -> PredictionErrors:
         return output_errors(self.sensors, force, self.package)
 
     def _packed(self, of_outputs: FloatArray) -> FloatArray:

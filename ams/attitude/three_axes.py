@@ -21,7 +21,7 @@ from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.force_covariance import (
     ForceErrors,
-    OutputErrors,
+    ParameterErrors,
     PolynomialErrors,
     Weighing,
     errors_of_force,
@@ -167,7 +167,7 @@ def _unit(force: FloatArray) -> FloatArray:
 def three_axes(
     k_v_per_g: FloatArray,
     offset_v: FloatArray,
-    errors: OutputErrors,
+    errors: ParameterErrors,
     limit: Limit,
     *,
     gravity_relative_u: float = 0.0,

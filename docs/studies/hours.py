@@ -31,7 +31,7 @@ from hours_two_mountings import lowered as two_mountings
 from threadpoolctl import threadpool_limits
 
 from ams.analysis.angle_uncertainty import ADDED, AngleUncertainty
-from procedures.check.candidate import Candidate, PlanRequest, SearchRange, Target
+from procedures.check.candidate import Candidate, SearchRange, SearchRequest, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.check.check_report import check
@@ -76,7 +76,7 @@ def lines(folder: Path) -> Iterator[Measured]:
 
 def _planned(name: str, packages: int, hours: float, folder: Path, is_listed: bool) -> Measured:
     folder.mkdir()
-    request = PlanRequest(
+    request = SearchRequest(
         read_rig(rig_file(folder, packages, 1, is_listed=is_listed)),
         Target(hours=hours),
         Usage(USAGE_PITCH_DEG),

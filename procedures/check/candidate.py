@@ -65,7 +65,7 @@ def half_in_words(parameter: str, half_width: float) -> str:
 
 
 @dataclass(frozen=True)
-class PlanRequest:
+class SearchRequest:
     """What is to be planned."""
 
     rig: RigDescription
@@ -126,7 +126,7 @@ class Candidate:
 class Comparison:
     """All candidates, the quickest first, and which is chosen."""
 
-    request: PlanRequest
+    request: SearchRequest
     candidates: tuple[Candidate, ...]
     chosen: int
     sensors: int

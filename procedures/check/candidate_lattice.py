@@ -7,7 +7,7 @@ at any: what lies between two listed angles is known no better than the limit sa
 from collections.abc import Iterator
 from math import ceil, floor
 
-from procedures.check.candidate import STEEPEST_DEG, PlanRequest
+from procedures.check.candidate import STEEPEST_DEG, SearchRequest
 from procedures.plan.sequential import CALIBRATION_OVER_USAGE
 from rig.description.device_settings import AxisSettings
 from rig.description.index_table import IndexTable
@@ -16,7 +16,7 @@ _FEWEST_PITCHES = 3
 _SAME_DEG = 1e-5
 
 
-def tables_on_the_lattice(request: PlanRequest) -> Iterator[dict[str, object]]:
+def tables_on_the_lattice(request: SearchRequest) -> Iterator[dict[str, object]]:
     """Yield the designs that fit the lattice and the limits of the axes, as tables of a procedure."""
     if "pitch" not in request.rig.axes:
         return
@@ -28,7 +28,7 @@ def tables_on_the_lattice(request: PlanRequest) -> Iterator[dict[str, object]]:
                 yield table
 
 
-def _tables(request: PlanRequest, *, at_listed: bool) -> Iterator[dict[str, object]]:
+def _tables(request: SearchRequest, *, at_listed: bool) -> Iterator[dict[str, object]]:
     for pitches, rolls in request.space.grids:
         sets = _sets(request, pitches, rolls, at_listed=at_listed)
         if len(sets["pitch_deg"]) >= _FEWEST_PITCHES:
@@ -43,7 +43,7 @@ def _tables(request: PlanRequest, *, at_listed: bool) -> Iterator[dict[str, obje
             yield {"kind": "optimal", "points": points, "criterion": "I", **sets}
 
 
-def _sets(request: PlanRequest, pitches: int, rolls: int, *, at_listed: bool) -> dict[str, tuple[float, ...]]:
+def _sets(request: SearchRequest, pitches: int, rolls: int, *, at_listed: bool) -> dict[str, tuple[float, ...]]:
     """Return the sets of angles of a design; without ``roll_deg`` where no axis rolls."""
     axes, (low, high) = request.rig.axes, request.usage.pitch_deg
     middle, half = 0.5 * (low + high), 0.5 * (high - low) * CALIBRATION_OVER_USAGE

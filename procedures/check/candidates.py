@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from ams.errors import AmsError
 from ams.statistics.distributions import f_quantile
 from ams.units import RAD_PER_ARCSEC
-from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, PlanRequest, Target, half_in_words
+from procedures.check.candidate import STEEPEST_DEG, Candidate, Comparison, SearchRequest, Target, half_in_words
 from procedures.check.candidate_lattice import tables_on_the_lattice
 from procedures.check.candidate_timing import Ordered, Timed, in_orders, readings_of, readout_nplc
 from procedures.check.procedure_text import Written, procedure_text
@@ -45,13 +45,13 @@ _HELPS = {
 """What would, for an angle and for a parameter."""
 
 
-def compare(request: PlanRequest) -> Comparison:
+def compare(request: SearchRequest) -> Comparison:
     """Return the candidates compared. Raises: PlanError where none can be made or none reaches the target."""
     with threadpool_limits(limits=1, user_api="blas"):
         return _compared(request)
 
 
-def _compared(request: PlanRequest) -> Comparison:
+def _compared(request: SearchRequest) -> Comparison:
     sensors = sensors_that_measure(request.rig, "acceleration")
     if not sensors:
         raise PlanError("plan: the rig has no sensor that measures acceleration; there is nothing to plan for")
@@ -85,7 +85,7 @@ def _compared(request: PlanRequest) -> Comparison:
     return Comparison(request, candidates, _chosen(request, candidates, front), len(sensors), tuple(front))
 
 
-def _chosen(request: PlanRequest, candidates: Sequence[Candidate], front: Sequence[int]) -> int:
+def _chosen(request: SearchRequest, candidates: Sequence[Candidate], front: Sequence[int]) -> int:
     target = request.target
     best = front[-1]
     if target.hours is not None:
@@ -134,7 +134,7 @@ def procedure_of_table(table: Mapping[str, object], model: str) -> ProcedureDesc
     return procedure_of(TomlFile(Path("plan"), text))
 
 
-def _candidates(request: PlanRequest, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
+def _candidates(request: SearchRequest, sensors: Mapping[str, Sensor]) -> Iterator[Candidate]:
     solve = Solve(model=model_for(request.rig))
     readings = readings_of(request.rig, sensors, request.space.samples)
     believed = {
@@ -206,7 +206,7 @@ def _at_once(
 
 
 def _believed(
-    request: PlanRequest, solve: Solve, sensors: Mapping[str, Sensor], replications: int, readings: Sequence[Reading]
+    request: SearchRequest, solve: Solve, sensors: Mapping[str, Sensor], replications: int, readings: Sequence[Reading]
 ) -> list[dict[str, Believed]]:
     """Return what is believed of every sensor, for each setting of the readings."""
     nplc = readout_nplc(request.rig, sensors)
@@ -227,7 +227,7 @@ def _believed(
 
 
 def _foreseen(
-    request: PlanRequest,
+    request: SearchRequest,
     solve: Solve,
     sensors: Mapping[str, Sensor],
     ordered: Ordered,
@@ -309,7 +309,7 @@ def _alike(believed: Believed) -> object:
     )
 
 
-def _at_use_arcsec(request: PlanRequest, sensors: Mapping[str, Sensor]) -> float:
+def _at_use_arcsec(request: SearchRequest, sensors: Mapping[str, Sensor]) -> float:
     """Return the noise of a reading at use, the same for all candidates: that of a dwell of twenty readings."""
     believed = beliefs_of(
         request.rig, Solve(), request.space.samples[-1], request.space.replications[0], sensors, request.pilot

@@ -3,7 +3,7 @@
 import json
 from dataclasses import dataclass
 
-from procedures.check.candidate import PlanRequest, SearchRange, Target
+from procedures.check.candidate import SearchRange, SearchRequest, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.kinds.read import procedure_form
@@ -96,7 +96,7 @@ def first_procedure(answers: Answers, rig: RigDescription) -> str:
     """Return the first procedure of the rig. Raises: PlanError where its axes can reach no design."""
     usage = Usage((-answers.usage_deg, answers.usage_deg))
     made_by = f"Written by calrig new for {rig.rig.name}; calrig plan writes one for an accuracy or a number of hours."
-    text = chosen_procedure(compare(PlanRequest(rig, Target(hours=1000.0), usage, space=FIRST)), made_by)
+    text = chosen_procedure(compare(SearchRequest(rig, Target(hours=1000.0), usage, space=FIRST)), made_by)
     return f"#:schema ./{PROCEDURE_SCHEMA}\n{text}"
 
 

@@ -23,7 +23,7 @@ from pydantic import (
 
 from ams.exports.formats import FORMATS
 from ams.models.registry import names_by_option
-from procedures.description.design_kinds import DESIGNS
+from procedures.description.described_designs import DESCRIBED_DESIGNS
 from procedures.description.dwell_settings import DwellSettings
 from procedures.errors import PlanError
 from rig.description.device_settings import NotNegative, Positive
@@ -98,8 +98,8 @@ AngleSet = Annotated[
 
 
 def _registered_design(name: str) -> str:
-    if name not in DESIGNS:
-        raise ValueError(f"allowed are {', '.join(DESIGNS)}")
+    if name not in DESCRIBED_DESIGNS:
+        raise ValueError(f"allowed are {', '.join(DESCRIBED_DESIGNS)}")
     return name
 
 
@@ -131,13 +131,13 @@ class Design(StrictTable):
 
     @model_validator(mode="after")
     def _what_the_kind_needs(self) -> Self:
-        kind = DESIGNS[self.kind]
+        kind = DESCRIBED_DESIGNS[self.kind]
         for key, example in kind.needs.items():
             if getattr(self, key) is None:
                 raise ValueError(f'kind = "{self.kind}" needs {key}{example and f" = {example}"}')
         for key in ("file", "fractional"):
             if key not in kind.takes and getattr(self, key) is not None:
-                owners = " or ".join(f'"{owner.name}"' for owner in DESIGNS.values() if key in owner.takes)
+                owners = " or ".join(f'"{owner.name}"' for owner in DESCRIBED_DESIGNS.values() if key in owner.takes)
                 raise ValueError(f'{key} belongs to kind = {owners}, not to kind = "{self.kind}"')
         return self
 
@@ -146,7 +146,7 @@ class Design(StrictTable):
     def _in_the_table_of_its_kind(cls, value: Any, validate: ModelWrapValidatorHandler[Self]) -> Self:
         """Read a kind with keys of its own by the table that has them."""
         name = value.get("kind") if isinstance(value, dict) else None
-        table = DESIGNS[name].table if isinstance(name, str) and name in DESIGNS else None
+        table = DESCRIBED_DESIGNS[name].table if isinstance(name, str) and name in DESCRIBED_DESIGNS else None
         if table is None or not issubclass(table, cls) or table is cls:
             return validate(value)
         return table.model_validate(value)

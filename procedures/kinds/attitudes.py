@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from ams.models.registry import names_at_rest
-from procedures.description.design_kinds import DESIGNS
+from procedures.description.described_designs import DESCRIBED_DESIGNS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Key, PlanRequest, Schedule
@@ -25,7 +25,7 @@ class AttitudeKind:
         return names_at_rest()
 
     def disagreements(self, procedure: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:
-        if DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:
+        if DESCRIBED_DESIGNS[procedure.design.kind].is_tumble is not self.is_tumble:
             if "design" not in procedure.model_fields_set:
                 kind = procedure.procedure.kind
                 yield ("design",), f"is missing; this is a procedure of kind {kind!r}, which goes to its attitudes"

@@ -4,7 +4,7 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.attitudes import AttitudeKind
 from procedures.kinds.expected_attitudes import advice_on_usage, forecast_of_design
 from procedures.kinds.kind import Forecast
-from procedures.kinds.section import Section
+from procedures.kinds.section import SensorPage
 from procedures.plan.plan import Plan
 from procedures.solution.beliefs import Pilot
 from procedures.solution.by_model import observed, solve_by_model
@@ -29,7 +29,7 @@ class Grid(AttitudeKind):
     def solve(self, item: SensorRows) -> SolvedSensor:
         return solve_by_model(item, observed(item))
 
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+    def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         return None
 
 

@@ -12,7 +12,7 @@ from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Or
 from procedures.errors import PlanError
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.recommendations import Recommendation
-from procedures.kinds.section import Section
+from procedures.kinds.section import SensorPage
 from procedures.plan.designs import Design
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Step
@@ -134,7 +134,7 @@ class Kind(Protocol):
     def solve(self, item: SensorRows) -> SolvedSensor:
         """Solve one sensor from its dwells. Raises: AmsError or JournalError where it cannot be solved."""
 
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+    def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         """Return what the report says of one sensor; None where it is told as angles of attitude."""
 
 

@@ -7,7 +7,7 @@ from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast, PlanRequest, Schedule
-from procedures.kinds.section import Section, section_of
+from procedures.kinds.section import SensorPage, section_of
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point, design_of_points, most_samples, steps_of_points
 from procedures.solution.expected_points import Solver
@@ -51,5 +51,5 @@ class PointKind(ABC):
         """Return what tells beforehand how well it will be solved; None where no row is known before it has run."""
         return None
 
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+    def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         return section_of(record, solved)

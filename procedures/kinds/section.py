@@ -77,7 +77,7 @@ class Plot:
 
 
 @dataclass(frozen=True)
-class Section:
+class SensorPage:
     """Everything that is said about one sensor."""
 
     result: str
@@ -87,12 +87,12 @@ class Section:
     plots: tuple[Plot, ...]
 
 
-def section_of(record: RunRecord, solved: SolvedSensor) -> Section:
+def section_of(record: RunRecord, solved: SolvedSensor) -> SensorPage:
     """Return the tables of a calibration that is told by its readings; without one only what was recorded."""
     name, sensor, rig, calibration = solved.name, record.plan.sensors[solved.name], record.rig, solved.calibration
     recorded, unit_of = recorded_tables(record.dwells), solved.observations.unit_of
     if calibration is None:
-        return Section(f"{name}: not solved", (), recorded, ())
+        return SensorPage(f"{name}: not solved", (), recorded, ())
     truths = _truths(rig, name, sensor, unit_of)
     tables = (
         _parameters(calibration, truths),
@@ -103,7 +103,7 @@ def section_of(record: RunRecord, solved: SolvedSensor) -> Section:
         *_rates(_accepted(record.dwells), record.plan),
     )
     plots = tuple(_residual_plots(name, calibration, unit_of))
-    return Section(_result(name, calibration, unit_of), tuple(_doubts(name, calibration)), tables, plots)
+    return SensorPage(_result(name, calibration, unit_of), tuple(_doubts(name, calibration)), tables, plots)
 
 
 def recorded_tables(dwells: Sequence[DwellRecord]) -> tuple[TextTable, ...]:

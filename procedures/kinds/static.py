@@ -15,7 +15,7 @@ from procedures.description.kind_tables import Static
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, Key, PlanRequest
 from procedures.kinds.points import PointKind
-from procedures.kinds.section import Curve, Plot, Section, TextTable, recorded_tables, section_of
+from procedures.kinds.section import Curve, Plot, SensorPage, TextTable, recorded_tables, section_of
 from procedures.kinds.sensor_parts import COVERAGE, PARTS, SensorPart, checked, forecast_of
 from procedures.numbers import two_digits
 from procedures.plan.plan import Plan
@@ -80,12 +80,12 @@ class LongRest(PointKind):
         axes = {str(axis): _static_axis(item, channel, rows, seen) for axis, channel in item.sensor.channels.items()}
         return SolvedSensor(item.name, seen, None, None, static=axes)
 
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+    def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         if not solved.static:
             return section_of(record, solved)
         name, axes = solved.name, solved.static
         beyond = tuple(f"{name} {axis}: {line.verdict}" for axis, line in axes.items() if line.holds is False)
-        return Section(
+        return SensorPage(
             _static_result(solved.name, solved.static),
             beyond,
             (

@@ -6,7 +6,7 @@ from procedures.kinds.attitudes import AttitudeKind
 from procedures.kinds.expected_attitudes import forecast_of_design
 from procedures.kinds.expected_lines import forecast_of_points
 from procedures.kinds.kind import Forecast
-from procedures.kinds.section import Section, section_of
+from procedures.kinds.section import SensorPage, section_of
 from procedures.plan.plan import Plan
 from procedures.solution.beliefs import Pilot
 from procedures.solution.by_model import observed, solve_by_model
@@ -39,7 +39,7 @@ class Tumble(AttitudeKind):
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
 
-    def section(self, record: RunRecord, solved: SolvedSensor) -> Section | None:
+    def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         return section_of(record, solved) if _is_up_and_down(record.plan) else None
 
 

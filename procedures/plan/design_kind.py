@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from procedures.description import procedure_file
-from procedures.description.design_kinds import DescribedDesign
+from procedures.description.described_designs import DescribedDesign
 from procedures.description.procedure_file import AngleSet, Range
 from procedures.errors import PlanError
 from procedures.plan import designs

@@ -1,6 +1,6 @@
 """The kinds of design that calrig brings, each registered in ``pyproject.toml``."""
 
-from procedures.description.design_kinds import SETS
+from procedures.description.described_designs import SETS
 from procedures.plan import designs
 from procedures.plan.design_kind import DesignKind, Wanted
 from procedures.plan.designs import Design

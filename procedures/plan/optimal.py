@@ -8,7 +8,7 @@ from pydantic import Field, field_validator
 from ams.arrays import FloatArray
 from ams.frames import specific_force
 from ams.models.extended import quadratic_basis
-from procedures.description.design_kinds import SETS
+from procedures.description.described_designs import SETS
 from procedures.description.procedure_file import Angle
 from procedures.description.procedure_file import Design as DesignTable
 from procedures.errors import PlanError

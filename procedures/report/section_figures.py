@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from procedures.kinds.section import Plot, Section
+from procedures.kinds.section import Plot, SensorPage
 from procedures.report.canvas import SERIES, SYMBOLS, Figure, canvas, plain_axes, to_svg
 
 HEIGHT_IN = 2.8
 
 
-def section_figures(section: Section, slug: str) -> Iterator[Figure]:
+def section_figures(section: SensorPage, slug: str) -> Iterator[Figure]:
     """Call inside :func:`procedures.report.canvas.style`."""
     for plot in section.plots:
         yield Figure(f"{slug}-{plot.name.rpartition('-')[2]}", plot.title, plot.caption, _drawn(plot))

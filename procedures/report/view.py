@@ -21,7 +21,7 @@ from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
 from procedures.journal.audit_trail import Interruption, Note
-from procedures.kinds.section import Section
+from procedures.kinds.section import SensorPage
 from procedures.numbers import two_digits
 from procedures.plan.order import attitudes_in_words
 from procedures.solution.budget_view import BudgetView
@@ -165,7 +165,7 @@ class SensorView:
     """Of this sensor alone; the run's own says more."""
     signed: SignOff | None = None
     """Who signed its set and accepted its findings; None where no archive knows it."""
-    section: Section | None = None
+    section: SensorPage | None = None
     """Of a sensor that is told by its readings, not by angles; it has no ``axes`` then."""
 
     def is_approved_by(self, approved_by: str) -> bool:

@@ -27,7 +27,7 @@ LOOK_S = 1.0
 """Rig seconds between two looks around where a run stands still."""
 
 
-class Vigil(Protocol):
+class LooksAround(Protocol):
     """Who looks around where a run stands still (:mod:`procedures.run.vigil`)."""
 
     def look(self, *, waits_for_person: bool = False, held_by: str = "") -> None: ...
@@ -50,7 +50,7 @@ class RunContext:
     live: LiveFile
     is_attended: bool
     """False in virtual time without a person's clock: whatever needs the outside world fails the run instead."""
-    vigil: Vigil = field(init=False)
+    vigil: LooksAround = field(init=False)
     """Of the epoch."""
     looked_s: float = -inf
     """When the vigil looked last, rig seconds."""

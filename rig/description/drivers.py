@@ -33,12 +33,12 @@ class DescribedDriver:
         raise NotImplementedError
 
 
-DRIVERS: Registry[DescribedDriver] = Registry("calrig.drivers", DescribedDriver, DescriptionError)
+DESCRIBED_DRIVERS: Registry[DescribedDriver] = Registry("calrig.drivers", DescribedDriver, DescriptionError)
 
 
 def settings_classes(ability: Ability) -> dict[str, type]:
     """Return driver name to settings table of every driver of that ability; all drivers are imported for it."""
-    found = {name: driver.settings_class(ability) for name, driver in DRIVERS.items()}
+    found = {name: driver.settings_class(ability) for name, driver in DESCRIBED_DRIVERS.items()}
     return {name: settings for name, settings in found.items() if settings is not None}
 
 
@@ -57,4 +57,6 @@ def classes_for(ability: Ability, devices: object) -> tuple[type, ...]:
 
 def _settings_of(ability: Ability, device: Any) -> type | None:
     name = device.get("driver") if isinstance(device, dict) else None
-    return DRIVERS[name].settings_class(ability) if isinstance(name, str) and name in DRIVERS else None
+    if not isinstance(name, str) or name not in DESCRIBED_DRIVERS:
+        return None
+    return DESCRIBED_DRIVERS[name].settings_class(ability)

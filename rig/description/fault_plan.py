@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from rig.description.drivers import DRIVERS
+from rig.description.drivers import DESCRIBED_DRIVERS
 from rig.errors import DescriptionError
 from rig.toml_file import StrictTable, TomlFile, read_toml
 
@@ -194,5 +194,7 @@ def _strangers(rule: FaultRule, drivers: Mapping[str, str]) -> Iterable[tuple[st
     if rule.kind in MOTION and not rule.line.startswith("axes."):
         yield "line", f"got {rule.line!r}: {rule.kind} happens to an axis"
     talks = {driver for line, driver in drivers.items() if rule.line in (EVERY_LINE, line)}
-    if rule.kind == "exception" and (strange := sorted(name for name in talks if not DRIVERS[name].speaks_modbus)):
+    if rule.kind == "exception" and (
+        strange := sorted(name for name in talks if not DESCRIBED_DRIVERS[name].speaks_modbus)
+    ):
         yield "kind", f"exception is a reply of Modbus, which {strange[0]} does not talk"

@@ -13,7 +13,7 @@ import numpy as np
 from ams.arrays import FloatArray, block_diagonal
 from ams.attitude import flag_codes
 from ams.attitude.few_axes import OneAxis, TwoAxes
-from ams.attitude.force_covariance import LINE_BASIS, OutputErrors, Polynomial
+from ams.attitude.force_covariance import LINE_BASIS, ParameterErrors, Polynomial
 from ams.attitude.redundancy import at_offset_or_rail, may_be_wrong, name_suspects
 from ams.attitude.static import Sensor, redundancy_limit
 from ams.attitude.three_axes import AttitudeColumns, Bend, three_axes
@@ -113,7 +113,7 @@ def _level_sd_v(sensors: Sequence[Sensor], rows: int) -> FloatArray:
     return np.sqrt([float(np.mean(sensor.output_variance_v2(level))) for sensor in sensors])
 
 
-def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> OutputErrors:
+def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPackage | None) -> ParameterErrors:
     """Return the errors of the outputs; without a package's covariance the axes' calibrations are independent."""
     basis = LINE_BASIS if all(set(sensor.names) <= {"offset_v", *PER_G} for sensor in sensors) else _BENT
     turns = [_onto(basis, sensor) for sensor in sensors]
@@ -128,7 +128,9 @@ def output_errors_of(sensors: Sequence[CalibratedSensor], package: CalibratedPac
             for part in sensor.components or (VarianceComponent("", sensor.covariance, np.inf),):
                 parts.append((block @ part.covariance @ block.T, part.dof))
     reading_v2 = np.array([float(sensor.reading_sd_v) ** 2 for sensor in sensors])
-    return OutputErrors(np.stack([part for part, _ in parts]), np.array([dof for _, dof in parts]), reading_v2, basis)
+    return ParameterErrors(
+        np.stack([part for part, _ in parts]), np.array([dof for _, dof in parts]), reading_v2, basis
+    )
 
 
 def _bend_of(sensors: Sequence[CalibratedSensor]) -> Bend:

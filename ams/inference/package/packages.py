@@ -16,8 +16,8 @@ from ams.attitude import flag_codes
 from ams.attitude.flag_codes import Codes
 from ams.attitude.redundancy import disagreement, explaining
 from ams.attitude.spread import (
-    OutputErrors,
     PackageErrors,
+    PredictionErrors,
     Spread,
     UncertainSensor,
     beside_singular,
@@ -104,7 +104,7 @@ def errors_of_two(
     sensors: tuple[Sequence[UncertainSensor], Sequence[UncertainSensor]],
     packages: tuple[PackageErrors | None, PackageErrors | None],
     gravity_relative_u: float,
-) -> OutputErrors:
+) -> PredictionErrors:
     """Return the errors of the six outputs of two packages at an attitude; see :func:`angles_from_packages`."""
     apart = side_by_side(
         output_errors(sensors[0], -at.gravity, packages[0]), output_errors(sensors[1], -at.in_model, packages[1])
@@ -116,7 +116,7 @@ def errors_of_two(
     return replace(apart, calibration=[*apart.calibration, (common, np.inf)])
 
 
-def _disagreement(residual: FloatArray, columns: FloatArray, errors: OutputErrors) -> Codes:
+def _disagreement(residual: FloatArray, columns: FloatArray, errors: PredictionErrors) -> Codes:
     """Return the codes of rows of (n, R) residuals that no attitude explains, with the readings that may be wrong.
 
     Of one package no reading can be named: without any one of them nothing is left to test.
@@ -157,7 +157,7 @@ def slopes_of(gravity: FloatArray) -> FloatArray:
     return np.stack([by_pitch, np.stack([s_yaw, c_yaw, np.zeros_like(s_yaw)], axis=-1)], axis=-1)
 
 
-def _spread(columns: FloatArray, weights: FloatArray, errors: OutputErrors) -> Spread:
+def _spread(columns: FloatArray, weights: FloatArray, errors: PredictionErrors) -> Spread:
     """Return the spread of two turns of gravity and, with a model package, of roll, (N, s).
 
     Where the outputs do not tell a direction, all is put on the last.

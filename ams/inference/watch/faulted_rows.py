@@ -12,7 +12,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, block_diagonal
 from ams.attitude.redundancy import LEVEL
-from ams.attitude.spread import OutputErrors, output_errors
+from ams.attitude.spread import PredictionErrors, output_errors
 from ams.attitude.static import redundancy_limit, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.frames import wrap_rad
@@ -125,7 +125,7 @@ class FaultedRows:
         return self._axes.fit(volts, np.tile(self._weights, (times, 1)))
 
     @cached_property
-    def _errors(self) -> OutputErrors:
+    def _errors(self) -> PredictionErrors:
         together = [package.together(sensors) for sensors, package, _ in self._by_package()]
         if len(together) == 1:
             return output_errors(self._sensors[0], -self._at.gravity, together[0])

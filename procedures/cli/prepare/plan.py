@@ -7,7 +7,7 @@ from cyclopts import Parameter
 from rich.console import Console
 
 from ams.whole_file import write_whole
-from procedures.check.candidate import Comparison, PlanRequest, SearchRange, Target
+from procedures.check.candidate import Comparison, SearchRange, SearchRequest, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import compare
 from procedures.check.candidates_picture import plot_comparison
@@ -74,7 +74,7 @@ def plan(
     usage = Usage(_range(usage_pitch), usage_noise_arcsec)
     times = learned(archive_of(runs, archive, is_simulated=described.is_simulated), described).times
     comparison = compare(
-        PlanRequest(described, target, usage, pilot_named(pilot, runs, described), SEARCH_RANGE, times)
+        SearchRequest(described, target, usage, pilot_named(pilot, runs, described), SEARCH_RANGE, times)
     )
     text = chosen_procedure(comparison)
     written = procedure_of(TomlFile(out or Path("procedure.toml"), text))

@@ -6,7 +6,7 @@ import pytest
 from ams.attitude import flag_codes
 from ams.attitude.few_axes import OneAxis, TwoAxes
 from ams.attitude.flag_codes import NO_ROOT, NOT_FINITE, SECOND_ROOT
-from ams.attitude.force_covariance import OutputErrors
+from ams.attitude.force_covariance import ParameterErrors
 from ams.errors import DesignError
 from ams.frames import specific_force
 
@@ -21,7 +21,7 @@ COVARIANCE = _ROOT @ _ROOT.T
 
 def errors(axes):
     indices = np.concatenate([np.arange(4 * axis, 4 * axis + 4) for axis in axes])
-    return OutputErrors(COVARIANCE[np.ix_(indices, indices)][None], np.array([np.inf]), READING_V[axes] ** 2)
+    return ParameterErrors(COVARIANCE[np.ix_(indices, indices)][None], np.array([np.inf]), READING_V[axes] ** 2)
 
 
 def outputs(axes, pitch, roll):
@@ -121,7 +121,7 @@ def test_one_axis_is_flagged_where_its_output_fits_two_pitches_or_none(coning_de
 def test_the_flag_leaves_the_branch_that_is_stated() -> None:
     """The sensor's own axis within 90° of the horizontal: 88° for an axis tilted by −1° that reads 89° of its own."""
     k = 2.5 * np.array([np.cos(DEG), 0.0, -np.sin(DEG)])
-    exact = OneAxis(k, 0.0, OutputErrors(np.zeros((1, 4, 4)), np.array([np.inf]), np.zeros(1)))
+    exact = OneAxis(k, 0.0, ParameterErrors(np.zeros((1, 4, 4)), np.array([np.inf]), np.zeros(1)))
     found = exact.attitude(np.array([2.5 * np.sin(89.5 * DEG)]), np.zeros(1))
     assert found.codes[0] == SECOND_ROOT
     assert np.sin(found.pitch_rad[0] + DEG) == pytest.approx(np.sin(89.5 * DEG)) or np.isfinite(found.pitch_rad[0])

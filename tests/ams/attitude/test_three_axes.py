@@ -11,7 +11,7 @@ from ams.attitude import flag_codes, three_axes
 from ams.attitude.flag_codes import NOT_FINITE, PITCH_SINGULAR, REDUNDANCY, ROLL_SINGULAR
 from ams.attitude.force_covariance import (
     LINE_BASIS,
-    OutputErrors,
+    ParameterErrors,
     PolynomialErrors,
     SharedWeighing,
     errors_of_force,
@@ -41,7 +41,7 @@ def random_covariance(rng, size, scale):
 
 def errors(seed=1, parts=2, scale=1e-5, dof=(5.0, 30.0)):
     rng = np.random.default_rng(seed)
-    return OutputErrors(
+    return ParameterErrors(
         np.stack([random_covariance(rng, 12, scale) for _ in range(parts)]), np.array(dof[:parts]), READING_V**2
     )
 
@@ -117,7 +117,7 @@ def test_spread_is_the_covariance_carried_by_finite_differences() -> None:
 def test_polynomials_are_the_covariance_of_predictions(basis) -> None:
     rng = np.random.default_rng(5)
     terms = len(basis)
-    own = OutputErrors(random_covariance(rng, 3 * terms, 1e-5)[None], np.array([np.inf]), READING_V**2, basis)
+    own = ParameterErrors(random_covariance(rng, 3 * terms, 1e-5)[None], np.array([np.inf]), READING_V**2, basis)
     force = specific_force(*attitudes(rng, 20))
     sampled = errors_of_force(K, own).total(force.T)
     full = np.concatenate([np.ones((20, 1)), force, quadratic_basis(force)], axis=1)[:, :terms]
@@ -151,7 +151,7 @@ def test_the_vertical_keeps_pitch_and_loses_roll() -> None:
     assert np.isnan(found.roll_rad[:2]).all()
     assert (found.pitch_sd_rad[:2] > 0).all()
     vague = three_axes.three_axes(
-        K, OFFSET_V, OutputErrors(np.zeros((0, 12, 12)), np.empty(0), np.ones(3)), redundancy_limit
+        K, OFFSET_V, ParameterErrors(np.zeros((0, 12, 12)), np.empty(0), np.ones(3)), redundancy_limit
     )
     assert (
         vague.attitude(outputs([0.3], [0.3])).codes[0] & (PITCH_SINGULAR | ROLL_SINGULAR)

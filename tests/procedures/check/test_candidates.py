@@ -11,7 +11,7 @@ from example_files import EXAMPLE_RIG
 from planning_files import rig_file
 from rich.console import Console
 
-from procedures.check.candidate import Comparison, PlanRequest, SearchRange, Target
+from procedures.check.candidate import Comparison, SearchRange, SearchRequest, Target
 from procedures.check.candidate_file import chosen_procedure, what_holds_it
 from procedures.check.candidates import IN_HAND, compare
 from procedures.check.candidates_text import render_comparison
@@ -27,7 +27,7 @@ USAGE = Usage((-30.0, 30.0))
 
 
 def compared(target: Target, space: SearchRange = SMALL, usage: Usage = USAGE) -> Comparison:
-    return compare(PlanRequest(read_rig(EXAMPLE_RIG), target, usage, space=space))
+    return compare(SearchRequest(read_rig(EXAMPLE_RIG), target, usage, space=space))
 
 
 @pytest.fixture(scope="module")
@@ -127,7 +127,7 @@ def test_sensors_on_the_table_at_once_share_the_moves_and_leave_no_more_unknown(
     rig = read_rig(EXAMPLE_RIG)
     four = rig.model_copy(update={"sensors": {f"SN{index}": rig.sensors["SN1047"] for index in range(4)}})
     small = replace(SMALL, replications=(3,), samples=(5,), orders=("there-and-back",))
-    found = compare(PlanRequest(four, Target(hours=100.0), USAGE, space=small))
+    found = compare(SearchRequest(four, Target(hours=100.0), USAGE, space=small))
     chosen = found.candidates[found.chosen]
     assert chosen.sensors == found.sensors == 4
     others = [
@@ -163,7 +163,7 @@ def test_what_is_out_of_reach_is_a_sentence_with_the_nearest_possible(best: Comp
 
 def test_a_table_that_stops_at_few_angles_is_asked_for_no_others(tmp_path: Path) -> None:
     rig = rig_file(tmp_path, ("increment_deg = 1.0", "increment_deg = 15.0"))
-    found = compare(PlanRequest(rig, Target(hours=100.0), USAGE, space=SMALL))
+    found = compare(SearchRequest(rig, Target(hours=100.0), USAGE, space=SMALL))
     for candidate in found.candidates:
         assert all(angle % 15.0 == 0.0 for angle in candidate.design["pitch_deg"])
 

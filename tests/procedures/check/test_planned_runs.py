@@ -11,7 +11,7 @@ from example_files import EXAMPLE_RIG
 from ams.analysis.angle_uncertainty import KnownAxis, UsageBox, angle_uncertainties
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.registry import model_named
-from procedures.check.candidate import PlanRequest, SearchRange, Target
+from procedures.check.candidate import SearchRange, SearchRequest, Target
 from procedures.check.candidate_file import chosen_procedure
 from procedures.check.candidates import IN_HAND, compare
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
@@ -92,7 +92,9 @@ def _reaches(number: int, folder: Path) -> bool:
     rig_file.write_text(text.replace("noise_v = 0.00002", truth), encoding="utf-8")
     rig = read_rig(rig_file)
     pilot = _run(rig, rig_file, PILOT, folder / "pilot")
-    request = PlanRequest(rig, Target(hours=100.0), Usage(USAGE_DEG), pilot_of(pilot.record, pilot.sensors, rig), TINY)
+    request = SearchRequest(
+        rig, Target(hours=100.0), Usage(USAGE_DEG), pilot_of(pilot.record, pilot.sensors, rig), TINY
+    )
     every = compare(request)
     wanted_deg = 1.001 * IN_HAND * every.candidates[every.front[len(every.front) // 2]].half_width_deg
     planned = compare(replace(request, target=Target(half_width_deg=wanted_deg)))

@@ -5,7 +5,7 @@ import pytest
 from report_scene import Scene, run_view
 from rich.console import Console
 
-from procedures.kinds.section import Section, TextTable
+from procedures.kinds.section import SensorPage, TextTable
 from procedures.report.summary import print_summary
 from procedures.report.view import RunView
 
@@ -75,7 +75,7 @@ def test_no_digit_is_cut_in_a_table_of_lines_or_rates(width: int) -> None:
     row = ("x", "sensitivity", "V/(°/s)", "1.2499995", "0.0000064", "1.0", "1.2500000", "yes")
     headings = ("axis", "parameter", "unit", "value", "± (95 %)", "ν", "twin's truth", "95 % interval holds it")
     console = Console(file=StringIO(), width=width, color_system=None)
-    section = Section("gyro", (), (TextTable("lines", headings, (row, row[:3])),), ())
+    section = SensorPage("gyro", (), (TextTable("lines", headings, (row, row[:3])),), ())
     view = run_view(Scene())
     print_summary(replace(view, sensors=(replace(view.sensors[0], axes=(), section=section),)), console)
     assert isinstance(console.file, StringIO)

@@ -8,7 +8,7 @@ from report_scene import Scene, run_view
 from ams.findings import Finding, significant_texts
 from ams.sets.verdict_conditions import NO_GRAVITY, TERMS_NOT_TESTED
 from procedures.journal.audit_trail import Interruption
-from procedures.kinds.section import Section
+from procedures.kinds.section import SensorPage
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import AxisFindings, RunView, SensorView
@@ -158,7 +158,7 @@ def test_a_straight_line_is_judged_by_its_findings_as_its_set_is() -> None:
     view = run_view(Scene(sensors=("SN1",)))
     finding = Finding("drift", "the gain drifts", True, is_held=False)
     line = replace(
-        _with(view.sensors[0], finding), axes=(), section=Section("SN1: gain 1.0", ("The gain drifts.",), (), ())
+        _with(view.sensors[0], finding), axes=(), section=SensorPage("SN1: gain 1.0", ("The gain drifts.",), (), ())
     )
     trust, text = _judged(replace(view, sensors=(line,)))
     assert trust == "unusable"

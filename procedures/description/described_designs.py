@@ -33,4 +33,4 @@ class DescribedDesign:
     """Whether ``calrig design --kind`` makes it."""
 
 
-DESIGNS: Registry[DescribedDesign] = Registry("calrig.designs", DescribedDesign, PlanError)
+DESCRIBED_DESIGNS: Registry[DescribedDesign] = Registry("calrig.designs", DescribedDesign, PlanError)
