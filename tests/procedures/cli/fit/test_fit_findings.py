@@ -316,6 +316,7 @@ capability_deg = 0.001
 [job]
 number = "26-0117"
 customer = "Tunnel 2"
+customer_contact = "2 Wind Road"
 item = "three-axis package"
 [acceptance]
 pitch_limit_deg = 0.01
