@@ -78,7 +78,7 @@ class Snapshots:
 def _cells(view: BenchView) -> Mapping[str, object]:
     cells: dict[str, object] = {}
     for axis in view.axes:
-        cells[f"{axis.name}_deg"] = "" if axis.state is None else f"{axis.state.position_deg:.6f}"
+        cells[f"{axis.name}_deg"] = "" if axis.state is None or axis.state.unknown else f"{axis.state.position_deg:.6f}"
     for chamber in view.chambers:
         cells[f"{chamber.name}_degc"] = "" if chamber.temperature_degc is None else f"{chamber.temperature_degc:.4f}"
     for channel in view.channels:

@@ -144,7 +144,7 @@ def gauge(axis: AxisView, width: int) -> Text:
         put(0.0, "┼", FAINT)
     if axis.target_deg is not None:
         put(axis.target_deg, "◇", WARM)
-    if axis.state is not None:
+    if axis.state is not None and not axis.state.unknown:
         put(axis.state.position_deg, "●", GOOD if axis.state.is_homed else WARM)
     return Text.assemble(*zip(cells, styles, strict=True))
 
@@ -233,6 +233,8 @@ def _between_limits(axis: AxisView, width: int) -> Text:
 def _position(axis: AxisView) -> Text:
     if axis.state is None:
         return Text("—", FAINT)
+    if axis.state.unknown:
+        return Text("not known", f"bold {WARM}")
     trusted = axis.state.is_homed
     return Text(f"{axis.state.position_deg:+.4f}°", f"bold {'white' if trusted else WARM}")
 

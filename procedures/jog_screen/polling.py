@@ -206,7 +206,7 @@ class Polling:
             view,
             state=state,
             silence="",
-            pulse_us=jog.pulse_of(self._rig, name, state.position_deg),
+            pulse_us=None if state.unknown else jog.pulse_of(self._rig, name, state.position_deg),
             wound_turns=jog.wound_turns(self._rig, name),
         )
         if view.set_rate_dps:

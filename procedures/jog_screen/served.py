@@ -149,7 +149,7 @@ def _axis(view: AxisView) -> dict[str, Any]:
         "limits_deg": view.limits_deg,
         "steps_deg": view.steps_deg,
         "top_rate_dps": view.top_rate_dps,
-        "position_deg": None if state is None else finite(state.position_deg),
+        "position_deg": None if state is None or state.unknown else finite(state.position_deg),
         "is_homed": state is not None and state.is_homed,
         "is_moving": state is not None and state.is_moving,
         "fault": "" if state is None else state.fault,

@@ -133,7 +133,8 @@ def _axes(safe: Event) -> str:
         list(map(str, found)) if isinstance(found := safe.detail.get(key), list) else []
         for key in ("failures", "in_doubt")
     )
-    return axes_in_words(known_deg, failures, in_doubt)
+    unknown = found if isinstance(found := safe.detail.get("unknown"), dict) else {}
+    return axes_in_words(known_deg, failures, in_doubt, {str(name): str(why) for name, why in unknown.items()})
 
 
 def notes_in(events: Iterable[Event]) -> tuple[Note, ...]:

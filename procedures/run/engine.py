@@ -53,7 +53,7 @@ from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.device_watch import DeviceWatch, TakesOver
-from procedures.run.watch.safe_state import CHAMBER, make_safe, resting_deg
+from procedures.run.watch.safe_state import CHAMBER, known_rest_deg, make_safe
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch
 from procedures.run.watch.watchdogs import Watchdogs
@@ -131,7 +131,7 @@ def run(
     is_attended = idle_clock is not None or takes_time
 
     def tell_why() -> None:
-        explain(progress_log.folder, positions_deg=resting_deg(rig), second_folder=services.second_folder)
+        explain(progress_log.folder, positions_deg=known_rest_deg(rig), second_folder=services.second_folder)
 
     context = RunContext(plan, rig, progress_log, steering, watch, services, tell_why, watchdogs, live, is_attended)
     with signals_steer(steering):

@@ -139,7 +139,7 @@ def read_why(
             reason=reason or str(state.detail.get("reason", "")),
             utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
-            positions=_positions(positions_deg, known),
+            positions=_positions(positions_deg, known, _unknown_positions(reader)),
             advice=advice(cause, stands, numbers_of(str(run_dir), events, reader.dwells(with_samples=False))),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
@@ -167,14 +167,23 @@ def text_of(why: Why) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _positions(positions_deg: Mapping[str, float], known: Sequence[str] = ()) -> str:
-    """``known``: of axes that do not answer, before they were looked for in vain."""
+def _positions(positions_deg: Mapping[str, float], known: Sequence[str] = (), unknown: Sequence[str] = ()) -> str:
+    """``known``: of axes that do not answer, before they were looked for in vain. ``unknown``: axes, and why."""
     if not positions_deg and known:
         return f"no axis could be read back now: {'; '.join(known)}; go and look before anything is moved"
+    if not positions_deg and unknown:
+        return f"not known: {'; '.join(unknown)}; go and look before anything is moved"
     if not positions_deg:
         return "not known: no axis was read back; go and look before anything is moved"
     positions = ", ".join(f"{name} at {degrees:.4f}°" for name, degrees in positions_deg.items())
-    return f"at rest, read back: {positions}; nothing has been moved since"
+    return f"at rest, read back: {'; '.join([positions, *unknown])}; nothing has been moved since"
+
+
+def _unknown_positions(reader: JournalReader) -> list[str]:
+    """Return of which axes the last stop of all found no position, and why."""
+    safe = reader.last_event("safe")
+    unknown = None if safe is None else safe.detail.get("unknown")
+    return [f"{name}: {why}" for name, why in unknown.items()] if isinstance(unknown, dict) else []
 
 
 def _known_motion(reader: JournalReader) -> list[str]:

@@ -38,6 +38,8 @@ class AxisState:
     """The device's own fault words; empty when there is none."""
     awaits_operator: bool = False
     """A person was asked to move it and has not answered: no time limit applies."""
+    unknown: str = ""
+    """Why nobody knows where it stands, such as a servo without a pulse; ``position_deg`` says nothing then."""
 
 
 class Axis(Protocol):

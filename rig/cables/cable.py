@@ -201,7 +201,7 @@ class CableGuard:
             state = self._axis.state()
             self._look(state)
         if self._homes_when_unwound:
-            return AxisState(state.position_deg, True, False, state.is_seated, state.fault)
+            return AxisState(state.position_deg, True, False, state.is_seated, state.fault, unknown=state.unknown)
         return state
 
     def stop(self) -> None:

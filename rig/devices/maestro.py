@@ -204,6 +204,7 @@ class MaestroAxis:
             fault=f"the controller reported {wire.error_words(self._controller.errors)} and sent the servos home"
             if failed
             else "",
+            unknown="" if position else "no pulse is sent, position not known",
         )
 
     def stop(self) -> None:

@@ -9,6 +9,7 @@ from cyclopts import Parameter
 from ams.units import printed
 from ams.whole_file import replace_file
 from procedures.cli.bench.homes_kept import homes_kept
+from procedures.cli.bench.positions import position_in_words, positions_document
 from procedures.cli.bench.stop_axes import stop_axes
 from procedures.cli.locations import shared_archive_url
 from procedures.cli.options import Flag, Json
@@ -78,7 +79,8 @@ def jog(
     stop
         Stop --axis, or every axis, and see it stand.
     read
-        Read every channel of the rig (after the move, if one is asked for).
+        Read every channel and every thermometer of the rig (after the move, if one is asked for); of streams it is
+        said that they are not read.
     samples
         Readings a channel.
     live
@@ -133,7 +135,8 @@ def jog(
             assert axis is not None
             document |= {"axis": axis, "position_deg": _move(opened, axis, to, by, wait)}
         if is_reading:
-            document["positions_deg"] = _positions(opened)
+            document |= positions_document({name: device.state() for name, device in opened.axes.items()})
+            document["temperatures_degc"] = _temperatures(opened)
             document["readings"] = _readings(opened, samples, wait)
             document["moving"] = _moving(opened, document["positions_deg"])
         _tell(document, json)
@@ -274,11 +277,7 @@ def _ended(document: dict[str, Any]) -> ExitStatus:
     return ExitStatus.FAILED
 
 
-def _positions(opened: Rig) -> dict[str, float]:
-    return {name: device.state().position_deg for name, device in opened.axes.items()}
-
-
-def _moving(opened: Rig, before_deg: dict[str, float]) -> list[str]:
+def _moving(opened: Rig, before_deg: dict[str, float | None]) -> list[str]:
     """Tell of every axis that did not stand while the channels were read, such as one that a dead process left turning.
 
     The machine's word alone is not enough: some have none for a rotation.
@@ -286,7 +285,7 @@ def _moving(opened: Rig, before_deg: dict[str, float]) -> list[str]:
     moving = []
     for name, device in opened.axes.items():
         state = device.state()
-        turned_deg = state.position_deg - before_deg[name]
+        turned_deg = 0.0 if (from_deg := before_deg[name]) is None or state.unknown else state.position_deg - from_deg
         if state.is_moving or abs(turned_deg) > band_deg(device.arrival_tolerance_deg):
             moving.append(name)
             note(
@@ -318,6 +317,14 @@ def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
             home(opened, name, wait)
 
 
+def _temperatures(opened: Rig) -> dict[str, float]:
+    """Read every chamber and probe, and say which streams are not read: they are recorded over time, not on demand."""
+    for name, stream in opened.streams.items():
+        channels = ", ".join(channel.rpartition(".")[2] for channel in stream.channels)
+        note(f"streams.{name}: not read here ({channels}); calrig prove reads a stream")
+    return {name: environment.temperature_degc() for name, environment in opened.environments.items()}
+
+
 def _tell(document: dict[str, Any], json: bool) -> None:
     if json:
         print_json(document)
@@ -330,8 +337,10 @@ def _tell(document: dict[str, Any], json: bool) -> None:
     if "axis" in document:
         say(f"{document['axis']}: at rest at {document['position_deg']:g}°")
     for name in document.get("stopped", ()):
-        say(f"{name}: stands still at {document['positions_deg'][name]:+.4f}°")
-    for name, position_deg in document.get("positions_deg", {}).items() if "stopped" not in document else ():
-        say(f"{name:<16} {position_deg:+.4f}°")
+        say(f"{name}: {position_in_words(document, name, 'stands still at ')}")
+    for name in document.get("positions_deg", {}) if "stopped" not in document else ():
+        say(f"{name:<16} {position_in_words(document, name)}")
+    for name, degc in document.get("temperatures_degc", {}).items():
+        say(f"{name:<16} {degc:.2f} °C")
     for channel, reading in document.get("readings", {}).items():
         say(f"{channel:<16} {_mean(reading, with_spread=True)}   ({reading['samples']} readings)")

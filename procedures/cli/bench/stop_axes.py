@@ -8,10 +8,12 @@ from typing import Any
 
 from ams.whole_file import replace_file
 from procedures.cli.bench.homes_kept import homes_kept
+from procedures.cli.bench.positions import position_in_words, positions_document
 from procedures.cli.output import note
 from procedures.cli.queues_disarmed import disarmed_by
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.queue.hands import JOG_STOP
+from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import axis_lines
@@ -26,14 +28,14 @@ def stop_axes(description: RigDescription, rig_file: Path, axis: str | None) -> 
     """
     if axis is not None and axis not in description.axes:
         raise RequestRefused(f"no axis {axis!r} (allowed: {', '.join(description.axes)}); nothing moved")
-    stands_deg: dict[str, float] = {}
+    stand: dict[str, AxisState] = {}
     failures: list[RigError] = []
     try:
         with stoppable_wait(choose_clock(description)):  # a signal cuts no stop short
             for names in axis_lines(description.axes):
                 if axis is None or axis in names:
                     try:
-                        stands_deg |= _stopped(_alone(description, names), rig_file, axis)
+                        stand |= _stopped(_alone(description, names), rig_file, axis)
                     except WaitEnded:
                         raise
                     except RigError as error:
@@ -41,11 +43,12 @@ def stop_axes(description: RigDescription, rig_file: Path, axis: str | None) -> 
     finally:
         for sentence in disarmed_by(JOG_STOP, rig=rig_file):
             note(sentence)
+    document = positions_document(stand)
     if failures:
-        for name, position_deg in stands_deg.items():
-            note(f"{name}: stands still at {position_deg:+.4f}°")
+        for name in stand:
+            note(f"{name}: {position_in_words(document, name, 'stands still at ')}")
         raise failures[0] if len(failures) == 1 else DeviceFault("; ".join(dict.fromkeys(map(str, failures))))
-    return {"stopped": list(stands_deg), "positions_deg": stands_deg}
+    return {"stopped": list(stand), **document}
 
 
 def _alone(description: RigDescription, names: tuple[str, ...]) -> RigDescription:
@@ -53,8 +56,8 @@ def _alone(description: RigDescription, names: tuple[str, ...]) -> RigDescriptio
     return description.model_copy(update={"axes": {name: description.axes[name] for name in names}, **nothing})
 
 
-def _stopped(description: RigDescription, rig_file: Path, axis: str | None) -> dict[str, float]:
+def _stopped(description: RigDescription, rig_file: Path, axis: str | None) -> dict[str, AxisState]:
     with open_rig(description, rig_file=rig_file, purpose="jog", write=replace_file, for_stop=True) as opened:
         stopped = by_hand.stop(opened, axis)
         with homes_kept(opened):
-            return {name: opened.axes[name].state().position_deg for name in stopped}
+            return {name: opened.axes[name].state() for name in stopped}

@@ -6,6 +6,7 @@ the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`)
 """
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -45,6 +46,8 @@ class Safe:
     """Where something failed: what is known all the same, a sentence each for axes that do not answer and outputs."""
     of_chamber: tuple[str, ...] = ()
     """Why the chamber was not sent to its end: axes rest without it, and a person looks all the same."""
+    unknown: dict[str, str] = field(default_factory=dict)
+    """Axis to why nobody knows where it stands."""
     in_doubt: tuple[str, ...] = ()
     """Orders that may still move axes that were seen to stand: no machine answered them, and a stop ends none."""
 
@@ -63,14 +66,16 @@ class Safe:
     @property
     def in_words(self) -> str:
         """What people are told of the axes, a sentence; what failed stands in the reason already."""
-        return axes_in_words(self.positions_deg, self.failures, self.in_doubt)
+        return axes_in_words(self.positions_deg, self.failures, self.in_doubt, self.unknown)
 
     def detail(self) -> dict[str, object]:
         """Return the event of the journal."""
         known = {"known": list(self.known)} if self.known else {}
         chamber = {"of_chamber": list(self.of_chamber)} if self.of_chamber else {}
         in_doubt = {"in_doubt": list(self.in_doubt)} if self.in_doubt else {}
-        return {"positions_deg": self.positions_deg, "failures": list(self.failures), **known, **chamber, **in_doubt}
+        unknown = {"unknown": self.unknown} if self.unknown else {}
+        of_axes = {"positions_deg": self.positions_deg, **unknown}
+        return {**of_axes, "failures": list(self.failures), **known, **chamber, **in_doubt}
 
 
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
@@ -97,14 +102,15 @@ def _attempted(rig: OpenRig, plan: Plan, unopened: str, *, is_over: bool) -> Saf
     are_done = at_once([partial(_attempt, *part) for part in work], LIMIT_S, "the safe state")
     failures += [UNANSWERED for is_done in are_done if not is_done]
     positions_deg = _seen_at_rest(rig, failures) if all(are_done) else {}
-    in_doubt = rig.motion.in_doubt(positions_deg)
+    in_doubt, unseen = rig.motion.in_doubt(positions_deg), [name for name in rig.axes if name not in positions_deg]
+    unknown = unknown_positions(rig)
+    positions_deg = {name: degrees for name, degrees in positions_deg.items() if name not in unknown}
     if not failures and not of_chamber:
-        return Safe((), positions_deg, in_doubt=in_doubt)
+        return Safe((), positions_deg, unknown=unknown, in_doubt=in_doubt)
     if unopened:  # one cause of whatever else failed
         failures, of_chamber = [unopened], []
-    unseen = [name for name in rig.axes if name not in positions_deg]
     known = (*rig.motion.in_words(unseen), *_outputs_left(rig, plan))
-    return Safe(tuple(failures), positions_deg, known, tuple(of_chamber), in_doubt)
+    return Safe(tuple(failures), positions_deg, known, tuple(of_chamber), unknown, in_doubt)
 
 
 def _opened_again(rig: OpenRig) -> str:
@@ -172,6 +178,22 @@ def _attempt(work: Callable[[], None], failures: list[str]) -> None:
         failures.append(str(error))
     except Exception as error:  # noqa: BLE001  the rim of a thread: no defect may keep the others from their stop
         failures.append(f"stop: {defect_text(error)}")
+
+
+def unknown_positions(rig: OpenRig) -> dict[str, str]:
+    """Return axis to why nobody knows where it stands; one that does not answer is told by its stop."""
+    found = {}
+    for name, axis in rig.axes.items():
+        with suppress(Exception):
+            if why := axis.state().unknown:
+                found[name] = why
+    return found
+
+
+def known_rest_deg(rig: OpenRig) -> dict[str, float]:
+    """Read back now as :func:`resting_deg`, without axes of which nobody knows where they are."""
+    unknown = unknown_positions(rig)
+    return {name: degrees for name, degrees in resting_deg(rig).items() if name not in unknown}
 
 
 def resting_deg(rig: OpenRig) -> dict[str, float]:
