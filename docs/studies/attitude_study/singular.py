@@ -6,12 +6,11 @@ from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from attitude_study.tp_figures import Drawing
+from attitude_study.tp_figures import Drawing, line
 from numpy.typing import NDArray
 
 from ams.attitude.static import Angles, pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
-from ams.inference.package.lines import SensorLine
 from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g, sting_gravity_g
 from procedures.report.canvas import INK, SERIES
@@ -23,7 +22,7 @@ FloatArray = NDArray[np.float64]
 READING_G, SET_G = 1e-3, 5e-4
 """Of a reading, and of offset and of each sensitivity: coarse, so that a singular region is degrees wide."""
 K: Final = np.array([[1.0, 0.01, -0.02], [0.02, 1.0, 0.01], [-0.01, 0.02, 1.0]])
-SENSORS: Final = [SensorLine(0.0, row, SET_G**2 * np.eye(4), READING_G) for row in K]
+SENSORS: Final = [line(row, SET_G**2 * np.eye(4), READING_G) for row in K]
 DRAWS: Final = 20_000
 DISTANCES_DEG: Final = (0.05, 0.1, 0.2, 0.3, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0,
                         10.0, 15.0, 30.0, 60.0, 90.0)  # fmt: skip

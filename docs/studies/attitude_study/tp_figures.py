@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
 from ams.frames import specific_force
-from ams.inference.package.lines import SensorLine
+from ams.inference.package.calibrated import CalibratedSensor
 from ams.models.accelerometer import vector_from_angles
+from ams.sets.sensed_quantity import PER_G
 from procedures.report.canvas import SERIES
 
 if TYPE_CHECKING:
@@ -23,12 +24,17 @@ PITCHES_DEG, ROLLS_DEG = (0.0, 20.0, 40.0, 60.0, 80.0), (0.0, 30.0, 60.0, 90.0)
 Drawing = Callable[["Figure"], None]
 
 
-def sensor(axis: str, coning_deg: float, azimuth_deg: float, ratio: float = 1.0) -> SensorLine:
+def sensor(axis: str, coning_deg: float, azimuth_deg: float, ratio: float = 1.0) -> CalibratedSensor:
     k = vector_from_angles(axis, 1.0, np.deg2rad(coning_deg), np.deg2rad(azimuth_deg))
-    return SensorLine(0.0, k, np.zeros((4, 4)), ratio * SIGMA)
+    return line(k, np.zeros((4, 4)), ratio * SIGMA)
 
 
-def outputs(sensors: Sequence[SensorLine], pitch_deg: FloatArray, roll_deg: FloatArray) -> FloatArray:
+def line(k: FloatArray, covariance: FloatArray, reading_sd: float) -> CalibratedSensor:
+    """Return a sensor without offset; the (4, 4) covariance is of offset and k."""
+    return CalibratedSensor(("offset_v", *PER_G), np.array([0.0, *k]), covariance, reading_sd, np.zeros(1))
+
+
+def outputs(sensors: Sequence[CalibratedSensor], pitch_deg: FloatArray, roll_deg: FloatArray) -> FloatArray:
     force = specific_force(np.deg2rad(pitch_deg), np.deg2rad(roll_deg))
     return np.stack([force @ axis.k_v_per_g for axis in sensors], axis=-1)
 

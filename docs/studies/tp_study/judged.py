@@ -15,7 +15,7 @@ from ams.attitude.static import pitch_roll_from_three, pitch_with_known_roll
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import AxisCalibration, Calibration, VarianceComponent
 from ams.frames import Attitude, wrap_rad
-from ams.inference.package.lines import SensorLine, package_lines, sensor_line
+from ams.inference.package.calibrated import CalibratedPackage, CalibratedSensor
 from ams.inputs.request import CalibrationRequest
 from ams.models.thermal import TemperatureCoefficients
 from ams.observations import Observations
@@ -184,10 +184,11 @@ def _at_reference(axis: AxisCalibration, observations: Observations, temperature
 def inferred_attitude(solved: Calibration, observations: Observations) -> tuple[Inferred, Inferred]:
     """Pitch and roll from three sensors; of (α, R) and (180° − α, R + 180°) the one nearer to what was set."""
     outputs = np.stack([observations.outputs[label] for label in solved.axes], axis=1)
-    package = package_lines(solved, 0.0)
+    assert solved.package is not None
+    package = CalibratedPackage([_line(axis, 0.0) for axis in solved.axes.values()], solved.package.components)
     noisy, sure = (
         pitch_roll_from_three(
-            [sensor_line(axis, sd * axis.standard_error_v) for axis in solved.axes.values()], outputs, package
+            [_line(axis, sd * axis.standard_error_v) for axis in solved.axes.values()], outputs, package
         )
         for sd in (1.0, 0.0)
     )
@@ -207,10 +208,11 @@ def _nearer(first_rad: FloatArray, second_rad: FloatArray) -> FloatArray:
     return np.where(np.abs(first) <= np.abs(second), first, second)
 
 
-def _line(axis: AxisCalibration, reading_sd_v: float) -> SensorLine:
+def _line(axis: AxisCalibration, reading_sd_v: float) -> CalibratedSensor:
     """(b, k) with the parts of their covariance; known temperature terms are taken out of the outputs beforehand."""
-    turn = np.array([[name == wanted for name in axis.primary_names] for wanted in LINE], dtype=float)
-    primary = turn @ axis.primary
-    parts = tuple(replace(part, covariance=turn @ part.covariance @ turn.T) for part in axis.variance_components)
-    covariance = turn @ axis.primary_covariance @ turn.T
-    return SensorLine(float(primary[0]), primary[1:], covariance, reading_sd_v, parts)
+    kept = [index for index, name in enumerate(axis.primary_names) if name in LINE]
+    square = np.ix_(kept, kept)
+    parts = tuple(replace(part, covariance=part.covariance[square]) for part in axis.variance_components)
+    names = [axis.primary_names[index] for index in kept]
+    covariance = axis.primary_covariance[square]
+    return CalibratedSensor(names, axis.primary[kept], covariance, reading_sd_v, np.zeros(1), parts)

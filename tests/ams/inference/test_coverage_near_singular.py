@@ -3,16 +3,18 @@
 Every draw has a calibration of its own, whose errors belong to all readings taken with it, and a reading of its own.
 """
 
+from functools import cache
+
 import numpy as np
 import pytest
+from stated_lines import Told, line_sensor, stated_set, told_in_both_ways
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
-from ams.attitude.static import LARGEST_SD_RAD, pitch_roll_from_three, pitch_roll_from_two
+from ams.attitude.static import LARGEST_SD_RAD, pitch_roll_from_two
 from ams.frames import specific_force
-from ams.inference.package.lines import SensorLine
-from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g, sting_gravity_g
+from ams.sets.coefficients import CoefficientSet
 
 DRAWS = 6000
 SETS_V = (2e-4, *(pytest.param(set_v, marks=pytest.mark.thorough) for set_v in (1e-5, 1e-3)))
@@ -26,8 +28,9 @@ IN_SD = (0.0, 0.3, 1.0, 2.0, 4.0, 8.0, 13.0, 20.0, 100.0)
 """Distances from the singular attitude in standard deviations of a direction."""
 
 
-def sensors(set_v: float) -> list[SensorLine]:
-    return [SensorLine(0.0, k, set_v**2 * np.eye(4), READING_V) for k in K]
+@cache
+def set_of(kind: str, set_v: float) -> CoefficientSet:
+    return stated_set(kind, np.zeros(3), K, set_v)
 
 
 def direction_sd(set_v: float) -> float:
@@ -50,6 +53,10 @@ def share(truth: FloatArray, found: FloatArray, half: FloatArray) -> float:
     return float(np.mean(np.abs(off) <= half))
 
 
+def held(found: Told, angle: str, truth: FloatArray, rows: BoolArray | slice = slice(None)) -> float:
+    return share(truth[rows], found.angle_rad[angle][rows], found.half_95_rad[angle][rows])
+
+
 def check(share_held: float, flagged: np.ndarray, where: str, most: float = 0.95) -> None:
     """Where no row is flagged the intervals are neither short nor wide; where one is they are not short."""
     assert share_held > 0.95 - CHANCE, where
@@ -63,12 +70,13 @@ def test_pitch_and_roll_hold_near_the_vertical(set_v: float, in_sd: float) -> No
     chance = np.random.default_rng([14, int(1e6 * set_v), int(10 * in_sd)])
     pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
     roll = chance.uniform(-np.pi, np.pi, DRAWS)
-    found = pitch_roll_from_three(sensors(set_v), drawn(chance, specific_force(pitch, roll), set_v))
+    outputs = drawn(chance, specific_force(pitch, roll), set_v)
+    found = told_in_both_ways(set_of("tp", set_v), outputs, READING_V)
     singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
-    assert np.array_equal(singular, np.isnan(found.roll_rad))
-    check(share(pitch, found.pitch_rad, found.pitch_half_95_rad), singular, f"pitch at {in_sd} sd")
+    assert np.array_equal(singular, np.isnan(found.angle_rad["roll"]))
+    check(held(found, "pitch", pitch), singular, f"pitch at {in_sd} sd")
     if not singular.any():
-        check(share(roll, found.roll_rad, found.roll_half_95_rad), singular, f"roll at {in_sd} sd")
+        check(held(found, "roll", roll), singular, f"roll at {in_sd} sd")
     if in_sd <= 8.0:
         assert singular.mean() > 0.99
 
@@ -80,19 +88,19 @@ def test_pitch_holds_near_the_vertical_with_the_two_axes_that_read_across(set_v:
     pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
     roll = np.deg2rad(chance.uniform(-80.0, 80.0, DRAWS))
     outputs = drawn(chance, specific_force(pitch, roll), set_v)[:, 1:]
-    found = pitch_roll_from_two(sensors(set_v)[1:], outputs)
+    found = told_in_both_ways(set_of("tp", set_v), outputs, READING_V, "yz")
     singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
-    is_known = np.isfinite(found.pitch_rad)
+    size, half = np.abs(found.angle_rad["pitch"]), found.half_95_rad["pitch"]
+    is_known = np.isfinite(size)
     assert is_known.mean() > 0.99
-    held = share(pitch[is_known], np.abs(found.pitch_rad[is_known]), found.pitch_half_95_rad[is_known])
-    check(held, singular, f"pitch at {in_sd} sd")
+    check(share(pitch[is_known], size[is_known], half[is_known]), singular, f"pitch at {in_sd} sd")
 
 
 def test_pitch_is_what_x_reads_where_the_two_attitudes_of_x_and_y_meet() -> None:
     """Both axes lie in the x-y plane: f_x is linear in the outputs and does not feel roll, as in TP figure 10(d)."""
     coning, reading_v = np.deg2rad(0.1), np.array([1e-6, 1e-5])
     k = np.array([[np.cos(coning), np.sin(coning), 0.0], [np.sin(coning), np.cos(coning), 0.0]])
-    pair = [SensorLine(0.0, own, np.zeros((4, 4)), sd) for own, sd in zip(k, reading_v, strict=True)]
+    pair = [line_sensor(0.0, row, np.zeros((4, 4)), sd) for row, sd in zip(k, reading_v.tolist(), strict=True)]
     pitch, roll = np.full(400, np.deg2rad(40.0)), np.deg2rad(np.linspace(88.0, 90.0, 400))
     found = pitch_roll_from_two(pair, specific_force(pitch, roll) @ k.T)
     lost = (found.codes & flag_codes.ROLL_SINGULAR) != 0
@@ -102,14 +110,15 @@ def test_pitch_is_what_x_reads_where_the_two_attitudes_of_x_and_y_meet() -> None
     np.testing.assert_allclose(found.pitch_sd_rad[is_known], by_hand[is_known], rtol=1e-6)
 
 
-def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> SpreadAngles:
+def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> Told:
     pitch, yaw, roll = euler
     gravity = sting_gravity_g(pitch, yaw)
     sting_v = drawn(chance, -gravity, set_v)
     if not is_pair:
-        return angles_from_sting(sensors(set_v), sting_v)
+        return told_in_both_ways(set_of("sting", set_v), sting_v, READING_V)
     model_v = drawn(chance, -model_gravity_g(gravity, roll), set_v)
-    return angles_from_packages(sensors(set_v), sensors(set_v), sting_v, model_v)
+    model = set_of("model", set_v)
+    return told_in_both_ways(set_of("sting", set_v), sting_v, READING_V, model_set=model, model_v=model_v)
 
 
 @pytest.mark.parametrize("set_v", SETS_V)
@@ -124,16 +133,15 @@ def test_pitch_yaw_and_roll_hold_near_pitch_zero(set_v: float, is_pair: bool, ya
         found = sting_or_both(chance, np.stack([pitch, yaw, roll]), set_v, is_pair=is_pair)
         flags = flag_codes.YAW_LEVEL | flag_codes.SIDEWAYS
         singular = (found.codes & flags) != 0
-        there = np.isfinite(found.pitch_rad)
+        there = np.isfinite(found.angle_rad["pitch"])
         where = f"{in_sd} sd, yaw {yaw_deg}°"
         # Yaw, by the sting alone, has its bound at √2 · 11.5 of these, and rows up to 4.5 beyond it are widened.
         most = 0.975 if is_pair and in_sd < np.sqrt(2.0) / LARGEST_SD_RAD + 4.5 else 0.95
         if there.mean() > 0.99:
-            held = share(pitch[there], found.pitch_rad[there], found.pitch_half_95_rad[there])
-            check(held, singular, f"pitch at {where}", most)
+            check(held(found, "pitch", pitch, there), singular, f"pitch at {where}", most)
         if not singular.any():
-            check(share(yaw, found.yaw_rad, found.yaw_half_95_rad), singular, f"yaw at {where}")
+            check(held(found, "yaw", yaw), singular, f"yaw at {where}")
         if is_pair:
-            check(share(roll, found.roll_rad, found.roll_half_95_rad), np.zeros(1, bool), f"roll at {where}", most)
+            check(held(found, "roll", roll), np.zeros(1, bool), f"roll at {where}", most)
         if in_sd <= 8.0:
             assert singular.mean() > 0.99, where

@@ -5,13 +5,13 @@ import pytest
 from cr_outputs import TABLE_3_MODEL, TABLE_3_STING, accelerometer_v
 from package_outputs import TRUTH, output_v
 from solved_sets import package_set, tp_set
+from stated_lines import line_sensor
 
 from ams.attitude import flag_codes
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.inference.inference import Inference, Package, inference
-from ams.inference.package.lines import SensorLine
 from ams.inference.package.packages import angles_from_sting
 from ams.inference.watch.doubts import doubts_of
 from ams.inference.watch.faulty_axis import Cause
@@ -164,10 +164,9 @@ def test_a_sting_package_that_disagrees_is_flagged_and_no_axis_named() -> None:
 @pytest.mark.parametrize(("dof", "is_flagged"), [(3.0, False), (1e6, True)])
 def test_a_calibration_of_few_replications_is_not_blamed_on_the_readings(dof: float, is_flagged: bool) -> None:
     """Five deviations of a calibration: Student's bound at 99.9 % is 12.9 of them with three degrees of freedom."""
-    own = np.zeros((4, 4))
-    own[0, 0] = 1e-3**2
-    part = VarianceComponent("replications", own, dof)
-    sensors = [SensorLine(0.0, np.eye(3)[index], own, 1e-7, (part,)) for index in range(3)]
+    of_offset = np.diag([1e-3**2, 0.0, 0.0, 0.0])
+    part = VarianceComponent("replications", of_offset, dof)
+    sensors = [line_sensor(0.0, np.eye(3)[index], of_offset, 1e-7, (part,)) for index in range(3)]
     force = np.array([[np.sin(0.5), 0.0, -np.cos(0.5)]])
     along = force / np.linalg.norm(force)
     found = angles_from_sting(sensors, force + 5e-3 * along)

@@ -5,50 +5,52 @@ states. The sensors are coarse, 1 mg, so that the singular region is degrees wid
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from stated_lines import Told, stated_set, told_in_both_ways
 
-from ams.attitude.static import pitch_roll_from_three, pitch_roll_from_two, pitch_with_known_roll
+from ams.attitude import flag_codes
 from ams.frames import specific_force
-from ams.inference.package.lines import SensorLine
-from ams.inference.package.packages import angles_from_packages, angles_from_sting
 from ams.models.cr import model_gravity_g
 
 READING_SD, CALIBRATION_SD = 1e-3, 5e-4
 K = np.array([[1.0, 0.01, -0.02], [0.02, -1.0, 0.01], [0.01, 0.02, 1.0]])
-SENSORS = [
-    SensorLine(0.01 * (index + 1), row, CALIBRATION_SD**2 * np.eye(4), READING_SD) for index, row in enumerate(K)
-]
+OFFSET_V = np.array([0.01, 0.02, 0.03])
+PACKAGE, STING, MODEL = (stated_set(kind, OFFSET_V, K, CALIBRATION_SD) for kind in ("tp", "sting", "model"))
+NORMAL_95 = 1.959964
 DRAWS = 6000
 
 
 @dataclass(frozen=True)
-class Told:
+class Held:
     """Of every row and angle: whether it has a number, whether its interval holds the truth, whether it is flagged."""
 
     has_number: Mapping[str, np.ndarray]
     holds: Mapping[str, np.ndarray]
+    by_sd: Mapping[str, np.ndarray]
+    """The same by 1.96 standard deviations, which is what a user has who asks for no intervals."""
     is_flagged: np.ndarray
 
 
-def told(found: object, truth: Mapping[str, np.ndarray]) -> Told:
-    numbers, holds = {}, {}
+def held(found: Told, truth: Mapping[str, np.ndarray]) -> Held:
+    numbers, holds, by_sd = {}, {}, {}
     for name, true in truth.items():
-        off = (getattr(found, f"{name}_rad") - true + np.pi) % (2.0 * np.pi) - np.pi
+        off = (found.angle_rad[name] - true + np.pi) % (2.0 * np.pi) - np.pi
         numbers[name] = ~np.isnan(off)
         with np.errstate(invalid="ignore"):
-            holds[name] = np.abs(off) < getattr(found, f"{name}_half_95_rad")
-    return Told(numbers, holds, np.asarray(found.codes) != 0)  # type: ignore[attr-defined]
+            holds[name] = np.abs(off) < found.half_95_rad[name]
+            by_sd[name] = np.abs(off) < NORMAL_95 * found.sd_rad[name]
+    return Held(numbers, holds, by_sd, np.asarray(found.codes) != 0)
 
 
-def read(sensors: list[SensorLine], force: np.ndarray, chance: np.random.Generator) -> np.ndarray:
-    """Return (N, S) readings, each of sensors of its own."""
+def read(axes: str, force: np.ndarray, chance: np.random.Generator) -> np.ndarray:
+    """Return (N, A) readings, each of sensors of its own."""
     columns = []
-    for sensor in sensors:
+    for index in map("xyz".index, axes):
         wrong = CALIBRATION_SD * chance.normal(size=(len(force), 4))
-        clean = sensor.offset_v + wrong[:, 0] + np.einsum("ni,ni->n", force, sensor.k_v_per_g + wrong[:, 1:])
+        clean = OFFSET_V[index] + wrong[:, 0] + np.einsum("ni,ni->n", force, K[index] + wrong[:, 1:])
         columns.append(clean + READING_SD * chance.normal(size=len(force)))
     return np.stack(columns, axis=-1)
 
@@ -57,28 +59,28 @@ def either(chance: np.random.Generator) -> np.ndarray:
     return chance.choice([-1.0, 1.0], DRAWS)
 
 
-def by_three(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_three(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = (np.pi / 2.0 - off) * either(chance), chance.uniform(-np.pi, np.pi, DRAWS)
-    found = pitch_roll_from_three(SENSORS, read(SENSORS, specific_force(pitch, roll), chance))
-    return told(found, {"pitch": pitch, "roll": roll})
+    outputs = read("xyz", specific_force(pitch, roll), chance)
+    return held(told_in_both_ways(PACKAGE, outputs, READING_SD), {"pitch": pitch, "roll": roll})
 
 
-def by_x_and_y(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_x_and_y(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = chance.uniform(-1.0, 1.0, DRAWS), (np.pi / 2.0 - off) * either(chance)
-    found = pitch_roll_from_two(SENSORS[:2], read(SENSORS[:2], specific_force(pitch, roll), chance))
-    return told(found, {"roll": roll})
+    outputs = read("xy", specific_force(pitch, roll), chance)
+    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "xy"), {"roll": roll})
 
 
-def by_x_and_z(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_x_and_z(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = chance.uniform(-1.0, 1.0, DRAWS), np.where(either(chance) > 0.0, off, np.pi - off)
-    sensors = [SENSORS[0], SENSORS[2]]
-    return told(pitch_roll_from_two(sensors, read(sensors, specific_force(pitch, roll), chance)), {"roll": roll})
+    outputs = read("xz", specific_force(pitch, roll), chance)
+    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "xz"), {"roll": roll})
 
 
-def by_x(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_x(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = (np.pi / 2.0 - off) * either(chance), chance.uniform(-np.pi, np.pi, DRAWS)
-    outputs = read(SENSORS[:1], specific_force(pitch, roll), chance)
-    return told(pitch_with_known_roll(SENSORS[0], outputs[:, 0], roll), {"pitch": pitch})
+    outputs = read("x", specific_force(pitch, roll), chance)
+    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "x", roll_rad=roll), {"pitch": pitch})
 
 
 def gravity(pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -86,24 +88,30 @@ def gravity(pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
     return np.stack([-np.sin(pitch) * np.cos(yaw), np.sin(pitch) * np.sin(yaw), np.cos(pitch)], axis=-1)
 
 
-def by_packages_level(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_packages_level(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, yaw, roll = off * either(chance), chance.uniform(-1.2, 1.2, DRAWS), chance.uniform(-3.1, 3.1, DRAWS)
-    own = gravity(pitch, yaw)
-    readings = read(SENSORS, -own, chance), read(SENSORS, -model_gravity_g(own, roll), chance)
-    return told(angles_from_packages(SENSORS, SENSORS, *readings), {"pitch": pitch, "yaw": yaw, "roll": roll})
+    along = gravity(pitch, yaw)
+    sting_v, model_v = read("xyz", -along, chance), read("xyz", -model_gravity_g(along, roll), chance)
+    found = told_in_both_ways(STING, sting_v, READING_SD, model_set=MODEL, model_v=model_v)
+    return held(found, {"pitch": pitch, "yaw": yaw, "roll": roll})
 
 
-def by_sting_aside(off: np.ndarray, chance: np.random.Generator) -> Told:
+def by_sting_aside(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, yaw = chance.uniform(0.2, 1.0, DRAWS) * either(chance), (np.pi / 2.0 - off) * either(chance)
-    found = angles_from_sting(SENSORS, read(SENSORS, -gravity(pitch, yaw), chance))
-    return told(found, {"pitch": pitch, "yaw": yaw})
+    found = told_in_both_ways(STING, read("xyz", -gravity(pitch, yaw), chance), READING_SD)
+    return held(without_roll(found), {"pitch": pitch, "yaw": yaw})
+
+
+def without_roll(found: Told) -> Told:
+    """Return what the sting alone tells without the remark of every row, that roll is not sensed."""
+    return replace(found, codes=found.codes & ~np.uint32(flag_codes.NO_ROLL))
 
 
 @dataclass(frozen=True)
 class Region:
     """Degrees from the singular attitude."""
 
-    draw: Callable[[np.ndarray, np.random.Generator], Told]
+    draw: Callable[[np.ndarray, np.random.Generator], Held]
     lost: str
     """The angle that is lost there; others may be told with the flag beside them."""
     inside_deg: float
@@ -130,6 +138,7 @@ def test_intervals_hold_outside_the_singular_region_and_inside_all_is_flagged(na
         for angle, has in found.has_number.items():
             assert has.mean() > 0.97, (angle, low)
             assert found.holds[angle][has].mean() == pytest.approx(0.95, abs=0.01), (angle, low)
+            assert found.by_sd[angle][has].mean() == pytest.approx(0.95, abs=0.01), (angle, low)
     inside = region.draw(np.deg2rad(chance.uniform(0.0, region.inside_deg, DRAWS)), chance)
     assert inside.is_flagged.mean() >= 0.995
     assert inside.has_number[region.lost].mean() <= 0.005
@@ -161,10 +170,10 @@ def test_rows_without_a_flag_hold_where_chance_carried_some_of_them_out_of_the_s
     region, chance = REGIONS[name], np.random.default_rng([23, step])
     off = region.inside_deg + (region.outside_deg - region.inside_deg) * step / (STEPS - 1)
     rows = [region.draw(np.full(DRAWS, np.deg2rad(off)), chance) for _ in range(4)]
-    is_flagged = np.concatenate([own.is_flagged for own in rows])
+    is_flagged = np.concatenate([part.is_flagged for part in rows])
     for angle in rows[0].holds:
-        held = np.concatenate([own.holds[angle] for own in rows])[~is_flagged]
-        if held.size < 0.02 * is_flagged.size:
+        holds = np.concatenate([part.holds[angle] for part in rows])[~is_flagged]
+        if holds.size < 0.02 * is_flagged.size:
             continue
-        by_chance = 4.0 * np.sqrt(0.95 * 0.05 / held.size)
-        assert 0.95 - by_chance - 0.003 < held.mean() < 0.975 + by_chance, (angle, off, held.size)
+        by_chance = 4.0 * np.sqrt(0.95 * 0.05 / holds.size)
+        assert 0.95 - by_chance - 0.003 < holds.mean() < 0.975 + by_chance, (angle, off, holds.size)

@@ -11,6 +11,7 @@ from physics_scenes.tables import once_per_turn
 from scipy.stats import t as student_t
 from simulated_campaign import ARCSEC, OFFSET_V, VECTOR_V_PER_G, Campaign
 from solved_sets import SITE, package_set
+from stated_lines import line_sensor, sensors_as_solved
 
 from ams.attitude.static import Angles, pitch_roll_from_three
 from ams.calibration.calibrate import calibrate
@@ -19,8 +20,7 @@ from ams.calibration.joint_document import joint_calibration
 from ams.calibration_result import Calibration, VarianceComponent
 from ams.frames import Attitude, specific_force
 from ams.inference.inference import Package, inference
-from ams.inference.package.calibrated import package_of_set, sensor_of_set
-from ams.inference.package.lines import PackageLines, SensorLine, package_lines
+from ams.inference.package.calibrated import CalibratedPackage, package_of_set, sensor_of_set
 from ams.inference.package.packages import SpreadAngles, angles_from_packages
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty
@@ -60,10 +60,12 @@ def by_set(coefficients: CoefficientSet, *, is_lacking: bool = False) -> Angles:
 
 def test_a_solution_and_its_set_give_the_same_intervals() -> None:
     calibration = solved()
-    lines = package_lines(calibration, READING_SD_V)
-    of_lines, of_set = pitch_roll_from_three(lines.sensors, OUTPUTS_V, lines), by_set(set_of(calibration))
+    assert calibration.package is not None
+    sensors = sensors_as_solved(calibration, READING_SD_V)
+    package = CalibratedPackage(sensors, calibration.package.components)
+    as_solved, of_set = pitch_roll_from_three(sensors, OUTPUTS_V, package), by_set(set_of(calibration))
     for name in ("pitch_rad", "roll_rad", "pitch_sd_rad", "roll_sd_rad", "pitch_half_95_rad", "roll_half_95_rad"):
-        np.testing.assert_allclose(getattr(of_lines, name), getattr(of_set, name), rtol=1e-9)
+        np.testing.assert_allclose(getattr(as_solved, name), getattr(of_set, name), rtol=1e-9)
 
 
 def test_a_set_that_does_not_say_what_is_common_counts_its_axes_as_independent() -> None:
@@ -119,7 +121,7 @@ def test_intervals_stand_after_the_standard_deviations_where_they_are_asked_for(
     assert np.all(found["roll_half_95_deg"] > 1.95 * found["roll_sd_deg"])
 
 
-def calibrated(chance: np.random.Generator, dofs: tuple[float, ...]) -> PackageLines:
+def calibrated(chance: np.random.Generator, dofs: tuple[float, ...]) -> CalibratedPackage:
     """Return three lines of whose parts each has degrees of freedom of its own and ties the axes together."""
     parts = []
     for dof in dofs:
@@ -131,10 +133,10 @@ def calibrated(chance: np.random.Generator, dofs: tuple[float, ...]) -> PackageL
         return tuple(replace(part, covariance=part.covariance[block, block]) for part in parts)
 
     lines = [
-        SensorLine(0.0, 2.5 * unit, np.asarray(sum(part.covariance for part in own(axis))), 1e-9, own(axis))
+        line_sensor(0.0, 2.5 * unit, np.asarray(sum(part.covariance for part in own(axis))), 1e-9, own(axis))
         for axis, unit in enumerate(np.eye(3))
     ]
-    return PackageLines(lines, parts)
+    return CalibratedPackage(lines, parts)
 
 
 def test_every_angle_of_two_packages_has_the_degrees_of_freedom_of_what_it_takes_from() -> None:
