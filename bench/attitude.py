@@ -22,9 +22,9 @@ from threadpoolctl import threadpool_limits
 from ams.attitude.attitude_filter import AttitudeFilter, FilterSettings
 from ams.attitude.few_axes import OneAxis, TwoAxes
 from ams.attitude.force_covariance import ParameterErrors
-from ams.attitude.gyro import integrate_rates
-from ams.attitude.kalman import GyroNoise, start_estimate
-from ams.attitude.rate_scan import integrate, quaternions, turns_of_rates
+from ams.attitude.gyro import cr_angles_rad, path_by_butcher
+from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.rate_scan import Path, RateScan, quaternions, turns_of_rates
 from ams.attitude.static import redundancy_limit
 from ams.attitude.three_axes import BLOCK_ROWS, three_axes
 from ams.frames import body_rates_rad_s, specific_force
@@ -87,18 +87,18 @@ def _gyro(all_steps: int, steps: int) -> Iterator[Figure]:
     euler = np.deg2rad(10.0) * np.sin(phase)
     rates = body_rates_rad_s(euler, np.deg2rad(10.0) * omega * np.cos(phase))
     by_channel, start = np.ascontiguousarray(rates.T), Rotation.from_euler("YZX", euler[0]).as_quat()
-    scan_s = best_s(lambda: integrate(by_channel, start, 1e-3), repeats=3)
+    scan_s = best_s(lambda: _integrated(by_channel, start), repeats=3)
     limit_s = best_s(lambda: quaternions(turns_of_rates(by_channel, 1e-3, "cubic")), repeats=3)
     yield Figure(
         "gyro, 10⁶ steps to quaternions", scan_s, "s", 0.5, at_most=True, note=f"{scan_s / limit_s:.1f} × turns alone"
     )
-    found = integrate_rates(rates, euler[0], 1e-3)
-    angles_s = best_s(lambda: integrate_rates(rates, euler[0], 1e-3), repeats=3)
+    found = cr_angles_rad(_integrated(by_channel, start), euler[0]).T
+    angles_s = best_s(lambda: cr_angles_rad(_integrated(by_channel, start), euler[0]), repeats=3)
     yield Figure("gyro, 10⁶ steps to pitch, yaw, roll", angles_s, "s", 0.8, at_most=True)
     yield Figure(
         "  off the closed form", float(np.rad2deg(np.max(np.abs(found - euler)))) * 1e9, "n°", 1.0, at_most=True
     )
-    butcher_s = best_s(lambda: integrate_rates(rates[:steps], euler[0], 1e-3, method="butcher"), repeats=1)
+    butcher_s = best_s(lambda: _integrated(by_channel[:, :steps], start, path_by_butcher), repeats=1)
     loop_s = best_s(lambda: _step_by_step(rates[:steps]), repeats=1)
     scipy_s = best_s(lambda: _by_solve_ivp(time_s[:steps], rates[:steps], start), repeats=1)
     peers = [("Butcher's method", butcher_s), ("scipy's rotations", loop_s), ("solve_ivp", scipy_s)]
@@ -106,6 +106,12 @@ def _gyro(all_steps: int, steps: int) -> Iterator[Figure]:
         peers.append(("ahrs AngularRate", best_s(lambda: _by_ahrs(rates[:steps], start), repeats=1)))
     for name, their_s in peers:
         yield Figure(f"  {name} / ours", their_s / steps * all_steps / scan_s, "×", 10.0, at_most=False, is_gated=True)
+
+
+def _integrated(rates: FloatArray, start: FloatArray, path: Path | None = None) -> FloatArray:
+    """Return the (4, N) attitudes at all of (3, N) samples, as a stream gives them."""
+    scan = RateScan(start, 1e-3, path=path)
+    return np.concatenate([scan.feed(rates).quaternion, scan.finish().quaternion], axis=1)
 
 
 def _by_ahrs(rates: FloatArray, start: FloatArray) -> Any:
@@ -134,7 +140,7 @@ def _kalman(steps: int) -> Iterator[Figure]:
     gyro = rng.normal(0.0, 0.01, (3, steps))
     force = np.array([[0.0], [0.0], [-1.0]]) + rng.normal(0.0, 0.01, (3, steps))
     magnetic = np.array([[22.0], [3.0], [42.0]]) + rng.normal(0.0, 0.5, (3, steps))
-    start = start_estimate(np.array([0.0, 0.0, 0.0, 1.0]), 0.1, 0.01)
+    start = Estimate(np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.diag([0.1**2] * 3 + [0.01**2] * 3))
     plain = FilterSettings(0.01, GyroNoise(1e-3, 1e-5), 0.01)
     aided = FilterSettings(
         0.01, GyroNoise(1e-3, 1e-5), 0.01, field_reference_ut=(22.0, 3.0, 42.0), field_sd_ut=0.5

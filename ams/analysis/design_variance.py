@@ -83,14 +83,6 @@ def variance_function(
     return _variance(_inverse_moments(pitch_rad, roll_rad), at_pitch_rad, at_roll_rad)
 
 
-def figure_of_merit(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
-    """Return V of TP (53), by integration.
-
-    It is the number of points times the mean of the variance function over the box.
-    """
-    return pitch_rad.size * _mean_variance(_inverse_moments(pitch_rad, roll_rad), box)
-
-
 def max_variance(pitch_rad: FloatArray, roll_rad: FloatArray, box: AngleBox) -> float:
     """Return the largest value of the variance function in the box, polished from the highest places of a grid."""
     inverse = _inverse_moments(pitch_rad, roll_rad)

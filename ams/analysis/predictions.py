@@ -77,21 +77,7 @@ def prediction_halfwidth_v(
     reading_standard_deviation_v: float,
     reading_dof: float = float("inf"),
     level: float = 0.95,
-    roll_standard_uncertainty_rad: float = 0.0,
 ) -> FloatArray:
-    """Return the (N,) half-width for one new reading, volts.
-
-    With a roll angle measured independently, its uncertainty counts too.
-
-    Source: TP (73), (74) with the divisor σ_E² and (75) with the sign −, which print has otherwise.
-    """
-    model = model_of_solution(axis)
-    return prediction_halfwidth(
-        model.jacobian(axis.primary, attitude),
-        axis.variance_components,
-        reading_standard_deviation_v,
-        reading_dof,
-        level,
-        model.angle_jacobian(axis.primary, attitude)["roll"],
-        roll_standard_uncertainty_rad,
-    )
+    """Return the (N,) half-width for one new reading, volts. Source: TP (73), (74) with the divisor σ_E²."""
+    directions = model_of_solution(axis).jacobian(axis.primary, attitude)
+    return prediction_halfwidth(directions, axis.variance_components, reading_standard_deviation_v, reading_dof, level)

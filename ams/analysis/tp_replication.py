@@ -14,20 +14,7 @@ from ams.calibration_result import TpReplication
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
 from ams.solve.replicated import ReplicatedSums
-from ams.statistics.distributions import f_quantile
 from ams.statistics.intervals import FTestColumns, after_holm, f_tests
-
-
-def t_bias(sigma_bias: float, sigma_prec: float, points: int, replications: int, parameters: int) -> float:
-    """Return T_bias from the printed columns of TP table 2, any common unit."""
-    mean_square_bias = sigma_bias**2 * replications * points / (points - parameters)
-    mean_square_precision = sigma_prec**2 * replications / (replications - 1)
-    return mean_square_bias / mean_square_precision
-
-
-def f_bias(points: int, replications: int, parameters: int, level: float = 0.95) -> float:
-    """Return F(K − L, K(n − 1)) that T_bias is held against."""
-    return float(f_quantile(level, points - parameters, points * (replications - 1)))
 
 
 @dataclass(frozen=True)

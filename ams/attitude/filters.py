@@ -1,11 +1,10 @@
 """Low-pass filtering of sampled outputs before they are averaged.
 
 A Chebyshev filter of type I: equal ripple in the pass band, then steeper than any other filter of its order without
-zeros. CR filters each vector of samples so (V-B, figure 17), static tunnel use wants 0.3 to 0.6 Hz (TP 1). Forwards and
-backwards it has no delay and twice the attenuation; the mean of a settled signal passes unchanged in both. Forwards
-only, for a stream, slow changes come late by the group delay, which is known and taken off the time; an all-pass behind
-the filter makes it whole samples, since half a sample of a package that turns is an angle. What the filter says before
-it has forgotten its start is marked.
+zeros. CR filters each vector of samples so (V-B, figure 17), static tunnel use wants 0.3 to 0.6 Hz (TP 1). The mean of
+a settled signal passes unchanged. The filter runs forwards only, so slow changes come late by the group delay, which is
+known and taken off the time; an all-pass behind the filter makes it whole samples, since half a sample of a package
+that turns is an angle.
 """
 
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ams.arrays import BoolArray, FloatArray
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
 
 
@@ -26,8 +25,6 @@ class LowPass:
     sample_rate_hz: float
     order: int = 4
     ripple_db: float = 0.1
-    is_two_way: bool = True
-    """Forwards and backwards (no delay, for stored samples) or forwards only (for a live stream)."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.cutoff_hz < self.sample_rate_hz / 2.0:
@@ -42,68 +39,12 @@ class LowPass:
             )
 
 
-def low_pass(settings: LowPass, samples: FloatArray) -> FloatArray:
-    """Return filtered samples of the same shape, filtered along the first axis.
-
-    A forward filter starts as if the first sample had always been there, so a settled signal gives no transient. The
-    gain at zero frequency is exactly one for every order (an even order's ripple is taken out).
-    Raises: ObservationsError where there are too few samples for a two-way filter, or one is not finite.
-    """
-    from scipy.signal import sosfilt, sosfiltfilt
-
-    values = np.asarray(samples, dtype=float)
-    if not np.all(np.isfinite(values)):
-        raise ObservationsError("filter: a sample is not finite; it would spread over all that follow; drop it first")
-    sections = _sections(settings)
-    if not settings.is_two_way:
-        start = _settled_state(sections, values[0])
-        return np.asarray(sosfilt(sections, values, axis=0, zi=start)[0])
-    padding = min(values.shape[0] - 1, int(np.ceil(3.0 * settings.sample_rate_hz / settings.cutoff_hz)))
-    if values.shape[0] < 3 * settings.order:
-        raise ObservationsError(
-            f"filter: got {values.shape[0]} samples, a two-way filter of order {settings.order} needs "
-            f"{3 * settings.order} or more"
-        )
-    return np.asarray(sosfiltfilt(sections, values, axis=0, padlen=padding))
-
-
-@dataclass(frozen=True)
-class Filtered:
-    """Filtered samples and which of them to believe."""
-
-    samples: FloatArray
-    """Of the shape of what was filtered, each at the time of its own sample."""
-    is_transient: BoolArray
-    """(N,) within the filter's settling of a start or end, of a bridged sample, or not reached for its delay."""
-    is_bridged: BoolArray
-    """(N,) whether the sample was missing; it was filtered as a straight line between its neighbours."""
-
-
-def low_pass_in_step(settings: LowPass, samples: FloatArray) -> Filtered:
-    """Filter along the first axis with the delay taken off, bridge what is missing, mark what is not settled.
-
-    Forwards only, sample n is taken from the filter's answer ``delay`` samples later; the last ones have none and are
-    NaN. Raises: ObservationsError where there are too few samples for a two-way filter, or none is a number.
-    """
-    values = np.asarray(samples, dtype=float)
-    whole = np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
-    if not whole.any():
-        raise ObservationsError("filter: no sample is a number; nothing was filtered")
-    found = low_pass(settings, _bridged(values, whole))
-    later = 0 if settings.is_two_way else round(delay_s(settings) * settings.sample_rate_hz)
-    if later:
-        late = np.full_like(found, np.nan)
-        late[:-later] = found[later:]
-        found = late
-    # The first sample stands for all that was before it: what it has wrong goes on until one sample later.
-    unsettled = _unsettled(~whole, settling_samples(settings) + 1, later, settings.is_two_way)
-    return Filtered(found, unsettled, ~whole)
-
-
 class LowPassStream:
-    """The forward filter over a stream of (n, …) samples: chunks of any length give what the whole would have given.
+    """The filter over a stream of (n, …) samples: chunks of any length give what the whole would have given.
 
-    Answers come ``delay_s`` late. A sample that is not a number is filtered as the last good one.
+    It starts as if the first sample had always been there, so a settled signal gives no transient. The gain at zero
+    frequency is exactly one for every order (an even order's ripple is taken out). Answers come ``delay_s`` late. A
+    sample that is not a number is filtered as the last good one.
     """
 
     def __init__(self, settings: LowPass) -> None:
@@ -152,43 +93,6 @@ def settling_samples(settings: LowPass, left: float = 1e-3) -> int:
     return int(np.flatnonzero(off)[-1]) + 1 if off.any() else 0
 
 
-def gain(settings: LowPass, frequency_hz: FloatArray) -> FloatArray:
-    """Return the amplitude gain at the frequencies, as :func:`low_pass` applies it."""
-    from scipy.signal import sosfreqz
-
-    _, response = sosfreqz(_sections(settings), worN=np.asarray(frequency_hz, dtype=float), fs=settings.sample_rate_hz)
-    once = np.abs(response)
-    return np.asarray(once**2 if settings.is_two_way else once)
-
-
-def _bridged(values: FloatArray, whole: BoolArray) -> FloatArray:
-    """Draw straight lines over what is missing; the nearest good sample at the ends."""
-    if whole.all():
-        return values
-    filled = np.array(values)
-    columns = filled.reshape(values.shape[0], -1)
-    at, good = np.flatnonzero(~whole), np.flatnonzero(whole)
-    for column in columns.T:
-        column[at] = np.interp(at, good, column[good])
-    return filled
-
-
-def _unsettled(is_missing: BoolArray, settling: int, later: int, is_two_way: bool) -> BoolArray:
-    """Return where an answer still holds what was no sample: the start, the end of a two-way filter, missing ones."""
-    count = is_missing.size
-    sources = np.zeros(count + 2, dtype=bool)
-    sources[1:-1], sources[0], sources[-1] = is_missing, True, is_two_way
-    after = np.cumsum(sources)
-    reach = np.minimum(np.arange(count) + 1 + later, count)
-    found = after[reach] > after[np.maximum(reach - settling - 1, 0)] - (reach - settling - 1 < 0)
-    if is_two_way:
-        ahead = np.minimum(np.arange(count) + 1 + settling, count + 1)
-        found |= after[ahead] > after[np.arange(count) + 1]
-    elif later:
-        found[-later:] = True
-    return np.asarray(found)
-
-
 def _sections(settings: LowPass) -> Any:
     from scipy.signal import cheby1
 
@@ -197,8 +101,6 @@ def _sections(settings: LowPass) -> Any:
     )
     at_rest = np.prod(sections[:, :3].sum(axis=1) / sections[:, 3:].sum(axis=1))
     sections[0, :3] /= at_rest
-    if settings.is_two_way:
-        return sections
     return np.vstack([sections, _all_pass(_delay_samples(sections))])
 
 

@@ -8,16 +8,14 @@ costs 0.16° on the report's own profile at 100 Hz, linear interpolation 0.00024
 appendix E.
 """
 
-from collections.abc import Mapping
 from math import cos, sin
 from typing import Final, Literal, Never
 
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.attitude.rate_scan import Interpolation, check_length, integrate, refuse_missing
+from ams.attitude.rate_scan import Interpolation
 from ams.errors import SolveError
-from ams.models.cr import CrSensor, sensed_field
 
 Method = Literal["quaternion", "butcher"]
 _Triple = tuple[float, float, float]
@@ -26,43 +24,6 @@ SMALLEST_COS_YAW: Final = 1e-3
 _CROSSED_RAD: Final = 0.75 * float(np.pi)
 """Pitch and roll both turn by half a turn where yaw passes ±90°."""
 _QUARTERS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
-
-
-def integrate_outputs(
-    sensors: Mapping[str, CrSensor],
-    outputs_v: Mapping[str, FloatArray],
-    start_rad: FloatArray,
-    interval_s: float,
-    interpolation: Interpolation = "cubic",
-    method: Method = "quaternion",
-) -> FloatArray:
-    """Integrate gyro outputs (N,) from the angles at the first sample: pitch, yaw, roll at every sample, (N, 3).
-
-    Raises: as :func:`integrate_rates`; DesignError where the sensors do not resolve three directions.
-    """
-    return integrate_rates(sensed_field(sensors, outputs_v), start_rad, interval_s, interpolation, method)
-
-
-def integrate_rates(
-    body_rate_rad_s: FloatArray,
-    start_rad: FloatArray,
-    interval_s: float,
-    interpolation: Interpolation = "cubic",
-    method: Method = "quaternion",
-) -> FloatArray:
-    """Integrate angular velocity in model axes, (N, 3), evenly sampled: pitch, yaw, roll at every sample, (N, 3).
-
-    Raises: ObservationsError with fewer than two samples (four for cubic), an interval that is not positive or a rate
-    that is not a number (:func:`ams.attitude.rate_scan.integrate` bridges and marks it); SolveError where yaw comes
-    within 0.06° of ±90° or crosses it, where Euler's rates have no value.
-    """
-    check_length(body_rate_rad_s.shape[0], interval_s, interpolation)
-    rates = np.ascontiguousarray(body_rate_rad_s.T)
-    refuse_missing(rates)
-    if method == "butcher":
-        return _by_butcher(_between(body_rate_rad_s, interpolation), start_rad, interval_s)
-    path = integrate(rates, quaternion_of_cr(start_rad), interval_s, interpolation)
-    return cr_angles_rad(path.quaternion, start_rad).T
 
 
 def quaternion_of_cr(angles_rad: FloatArray) -> FloatArray:

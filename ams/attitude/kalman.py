@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.attitude.quaternion import normalised
 from ams.errors import ObservationsError
 
 Triple = tuple[float, float, float]
@@ -44,50 +43,6 @@ class Estimate:
     """(3,) in body axes."""
     covariance: FloatArray
     """(6, 6): the small turn in reference axes (rad), then the bias in body axes (rad/s)."""
-
-
-@dataclass(frozen=True)
-class Correction:
-    """What a measured direction did to the estimate."""
-
-    estimate: Estimate
-    normalised_innovation: float
-    """Chi-square with three degrees of freedom where the filter's assumptions hold."""
-
-
-def start_estimate(
-    quaternion: FloatArray, turn_sd_rad: float, bias_sd_rad_s: float, bias_rad_s: FloatArray | None = None
-) -> Estimate:
-    """Return an estimate to start from; all three turns and all three biases equally uncertain."""
-    covariance = np.diag([turn_sd_rad**2] * 3 + [bias_sd_rad_s**2] * 3)
-    bias = np.zeros(3) if bias_rad_s is None else np.asarray(bias_rad_s, dtype=float)
-    return Estimate(normalised(np.asarray(quaternion, dtype=float)), bias, covariance)
-
-
-def propagate(estimate: Estimate, gyro_rad_s: FloatArray, interval_s: float, noise: GyroNoise) -> Estimate:
-    """Return the estimate one interval later, the gyro (3,) taken as constant over it."""
-    state = state_of(estimate)
-    carry(state, tuple(np.asarray(gyro_rad_s, dtype=float).tolist()), interval_s, noise)
-    return _estimate(state)
-
-
-def correct(
-    estimate: Estimate, measured: FloatArray, reference: FloatArray, sd: float, *, gate: float | None = None
-) -> Correction:
-    """Take a vector measured in body axes whose components in the reference frame are known.
-
-    ``measured`` and ``reference`` are (3,), in the same unit as ``sd``, the standard deviation of one component:
-    specific force in g against (0, 0, −1) for z down, or the magnetic field in µT. With ``gate`` a vector whose
-    normalised innovation is above it (a package that accelerates, a magnet nearby) is not used: the estimate comes back
-    unchanged together with the innovation that says so.
-    Raises: ObservationsError for a reference without direction or a standard deviation that is not positive.
-    """
-    state = state_of(estimate)
-    direction = known_direction(np.asarray(reference, dtype=float), sd)
-    innovation = weigh(state, tuple(np.asarray(measured, dtype=float).tolist()), direction, gate).normalised
-    if gate is not None and innovation > gate:
-        return Correction(estimate, innovation)
-    return Correction(_estimate(state), innovation)
 
 
 @dataclass
@@ -122,7 +77,7 @@ class Weighed(NamedTuple):
 
 
 def known_direction(reference: FloatArray, sd: float) -> KnownDirection:
-    """Return what :func:`weigh` needs. Raises: ObservationsError as :func:`correct`."""
+    """Return what :func:`weigh` needs. Raises: ObservationsError without a direction or a positive deviation."""
     if not np.linalg.norm(reference) > 0 or not sd > 0:
         raise ObservationsError(
             f"kalman: got a reference of length {np.linalg.norm(reference):g} and a standard deviation of {sd:g}: "
@@ -242,10 +197,6 @@ def take_bias(state: State, bias_rad_s: Triple, covariance: FloatArray, frame_ra
 def state_of(estimate: Estimate) -> State:
     """Return the state that a stream starts from."""
     return State(tuple(estimate.quaternion.tolist()), tuple(estimate.bias_rad_s.tolist()), estimate.covariance)
-
-
-def _estimate(state: State) -> Estimate:
-    return Estimate(np.array(state.quaternion), np.array(state.bias_rad_s), state.covariance)
 
 
 def _half_turn(x: float, y: float, z: float) -> Quadruple:

@@ -141,22 +141,6 @@ def path_by_turns(
     return path_of_turns(start, turns_of_rates(rates_rad_s, interval_s, interpolation)[:, steps])
 
 
-def integrate(
-    rates_rad_s: FloatArray, start: FloatArray, interval_s: float, interpolation: Interpolation = "cubic"
-) -> RatePath:
-    """Return the attitudes at all samples from (3, N) evenly sampled rates and the attitude at the first.
-
-    Raises: ObservationsError with fewer than two samples (four for cubic), an interval that is not positive, or where
-    no sample is a number.
-    """
-    check_length(rates_rad_s.shape[1], interval_s, interpolation)
-    filled, is_missing = bridge(rates_rad_s)
-    if np.isnan(filled[0, 0]):
-        raise ObservationsError("gyro: no sample has a rate in all three axes; nothing was integrated")
-    turns = turns_of_rates(filled, interval_s, interpolation)
-    return RatePath(path_of_turns(start, turns), is_missing, np.cumsum(is_missing))
-
-
 def check_length(samples: int, interval_s: float, interpolation: Interpolation) -> None:
     """Raise ObservationsError where samples do not carry the interpolation."""
     needed = NEEDED_SAMPLES[interpolation]
@@ -164,16 +148,6 @@ def check_length(samples: int, interval_s: float, interpolation: Interpolation) 
         raise ObservationsError(
             f"gyro: got {samples} samples at an interval of {interval_s:g} s: {interpolation} "
             f"interpolation needs {needed} samples or more and an interval above 0 s"
-        )
-
-
-def refuse_missing(rates: FloatArray) -> None:
-    """Raise ObservationsError where one of (3, n) rates is not a number, for those who have no mark to give back."""
-    missing = np.flatnonzero(~np.isfinite(rates).all(axis=0))
-    if missing.size:
-        raise ObservationsError(
-            f"gyro: sample {missing[0]} is not a number, {missing.size} in all; nothing was integrated; bridge them "
-            "with ams.attitude.rate_scan, which marks what it bridged"
         )
 
 

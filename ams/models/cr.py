@@ -13,7 +13,6 @@ before the first half turn about y. Source: CR (III-B.1) to (III-B.26). They are
 All functions accept complex numbers, so that their derivatives can be checked by a complex step.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
-from ams.errors import DesignError
 from ams.frames import AXES
 
 Array = NDArray[Any]
@@ -68,23 +66,3 @@ def sensitive_axis(axis: str, azimuth_rad: Any, coning_rad: Any) -> Array:
     u[(i + 1) % 3] = np.sin(coning_rad) * np.sin(azimuth_rad)
     u[(i + 2) % 3] = -np.sin(coning_rad) * np.cos(azimuth_rad)
     return np.array(u)
-
-
-def sensed_field(sensors: Mapping[str, CrSensor], outputs_v: Mapping[str, FloatArray]) -> FloatArray:
-    """Return the field in package axes, (N, 3), from the outputs of a three-axis package.
-
-    Source: CR (IV-B.1), (IV-B.2), (IV-D.1). Raises: DesignError where the sensitive axes do not span space.
-    """
-    K = np.stack([sensors[axis].k for axis in AXES])
-    if abs(np.linalg.det(K / np.linalg.norm(K, axis=1)[:, None])) < 1e-9:
-        raise DesignError("CR package: the three sensitive axes lie in one plane: the field cannot be resolved")
-    volts = np.stack([outputs_v[axis] - sensors[axis].bias_v for axis in AXES], axis=-1)
-    return np.asarray(np.linalg.solve(K, volts[..., None])[..., 0], dtype=float)
-
-
-@dataclass(frozen=True)
-class CrPair:
-    """A calibrated sting package and a calibrated model package."""
-
-    sting: Mapping[str, CrSensor]
-    model: Mapping[str, CrSensor]

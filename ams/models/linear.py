@@ -1,13 +1,10 @@
 """Linear calibrations: real = A·measured + B, from two levels or from many.
 
-SR brings each sensor to two known states (axis up and down, two rates, field on and off), takes a regression over each
-dwell as the measured value and solves the two equations. With more than two levels the straight line is fitted by
-least squares, and it then has residuals, a standard error and intervals. The flown conversion is a chain of such
-straight lines (regression, scale, calibration), each a :class:`Line`. Source: SR 4.1 and 'Calibration and Conversion
-Equations'.
+SR brings each sensor to two known states (axis up and down, two rates, field on and off) and solves the two equations.
+With more than two levels the straight line is fitted by least squares, and it then has residuals, a standard error and
+intervals. Source: SR 4.1 and 'Calibration and Conversion Equations'.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,50 +23,6 @@ class Line:
 
     def __call__(self, value: FloatArray) -> FloatArray:
         return self.gain * np.asarray(value, dtype=float) + self.offset
-
-    def then(self, following: "Line") -> "Line":
-        """Chain two lines: this one first, the following one second."""
-        return Line(following.gain * self.gain, following.gain * self.offset + following.offset)
-
-
-def compose(lines: Sequence[Line]) -> Line:
-    """Return the chain of lines as one, the first applied first."""
-    whole = Line(1.0, 0.0)
-    for line in lines:
-        whole = whole.then(line)
-    return whole
-
-
-@dataclass(frozen=True)
-class DwellValue:
-    """A straight line through the samples of one dwell, read at the middle of the dwell."""
-
-    value: float
-    standard_uncertainty: float
-    slope_per_s: float
-    slope_standard_uncertainty_per_s: float
-
-
-def dwell_value(time_s: FloatArray, samples: FloatArray) -> DwellValue:
-    """Return the regression over a dwell's samples, which SR takes as the measured value.
-
-    The value at mid-dwell does not depend on the slope, so a slow drift adds to the slope and not to the value.
-    For users of the library who have samples: a run's dwells are averaged and judged by the engine.
-    Raises: ObservationsError with fewer than three samples or with one time only.
-    """
-    time, y = np.asarray(time_s, dtype=float), np.asarray(samples, dtype=float)
-    spread = time - time.mean()
-    if time.size < 3 or not np.any(spread):
-        raise ObservationsError(
-            f"dwell: {time.size} samples at {np.unique(time).size} different times: a regression with its uncertainty "
-            "needs three samples or more at different times"
-        )
-    slope = float(spread @ y / (spread @ spread))
-    residual = y - y.mean() - slope * spread
-    variance = float(residual @ residual) / (time.size - 2)
-    return DwellValue(
-        float(y.mean()), float(np.sqrt(variance / time.size)), slope, float(np.sqrt(variance / (spread @ spread)))
-    )
 
 
 @dataclass(frozen=True)

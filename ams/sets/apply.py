@@ -19,7 +19,7 @@ from ams.sets.applicability import Serials, check_applicability
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equations import predicted_v
 from ams.sets.sensed_quantity import field_at
-from ams.sets.vectors import inferred_force, is_package, resolves
+from ams.sets.vectors import inferred_force, resolves
 from ams.units import with_unit
 
 ROUNDING_DEG = 1e-9
@@ -118,31 +118,6 @@ def sensed_level(
     readings = {name: np.asarray(outputs[name], dtype=float) for name in coefficients.axes}
     _check_finite(coefficients, {**readings})
     return inferred_force(coefficients.axes, readings, None)
-
-
-def sensed_force(
-    coefficients: CoefficientSet,
-    outputs_v: Mapping[str, ArrayLike],
-    temperature_degc: ArrayLike | None = None,
-    *,
-    chain_serial: Serials | None = None,
-    site_gravity_mps2: float | None = None,
-) -> FloatArray:
-    """Return the (…, 3) specific force in package axes, local g, from the outputs of a three-axis package.
-
-    Raises: OutsideValidity where the set has no three independent axes, an output is missing or a temperature is, and
-    for another chain or site than was calibrated (see :func:`apply`).
-    """
-    check_applicability(coefficients, chain_serial, site_gravity_mps2)
-    if not is_package(coefficients.axes) or set(outputs_v) != set(coefficients.axes):
-        raise OutsideValidity(
-            f"{coefficients.sensor}: specific force cannot be told from {', '.join(outputs_v)}: the set has the axes "
-            f"{', '.join(coefficients.axes)}, needed are all of three independent ones; nothing was computed"
-        )
-    outputs = {name: np.asarray(outputs_v[name], dtype=float) for name in coefficients.axes}
-    temperature = _temperature(coefficients, temperature_degc)
-    _check_finite(coefficients, {**outputs, "temperature": temperature})
-    return inferred_force(coefficients.axes, outputs, temperature)
 
 
 def _temperature(coefficients: CoefficientSet, temperature_degc: ArrayLike | None) -> FloatArray | None:

@@ -221,19 +221,14 @@ def prediction_halfwidth(
     reading_standard_deviation: float,
     reading_dof: float,
     level: float = 0.95,
-    roll_slope_v_per_rad: FloatArray | None = None,
-    roll_standard_uncertainty_rad: float = 0.0,
 ) -> FloatArray:
-    """Return the half-width for a new reading: TP (73), and TP (74) where the roll angle is known on its own.
+    """Return the half-width for a new reading. Source: TP (73).
 
     The reading's own variance is that of the place where the calibration is used, not of the calibration.
     """
     variances = [_quadratic(directions, component.covariance) for component in components]
     dof = [np.asarray(component.dof, dtype=float) for component in components]
-    roll = np.zeros(directions.shape[0])
-    if roll_slope_v_per_rad is not None:
-        roll = np.broadcast_to((roll_slope_v_per_rad * roll_standard_uncertainty_rad) ** 2, roll.shape)
-    return reading_halfwidth(variances, dof, reading_standard_deviation**2, level, reading_dof, roll)
+    return reading_halfwidth(variances, dof, reading_standard_deviation**2, level, reading_dof)
 
 
 def reading_halfwidth(

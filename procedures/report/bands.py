@@ -9,12 +9,11 @@ from typing import Literal
 
 import numpy as np
 
-from ams.analysis.predictions import model_of_solution
+from ams.analysis.predictions import confidence_halfwidth_v, prediction_halfwidth_v
 from ams.arrays import FloatArray, IntArray
 from ams.calibration_result import AxisCalibration, VarianceComponent
 from ams.frames import Attitude
 from ams.observations import Observations
-from ams.statistics.intervals import confidence_halfwidth, prediction_halfwidth
 
 Along = Literal["pitch", "roll"]
 LEVEL = 0.95
@@ -39,12 +38,10 @@ def band_along(calibration: AxisCalibration, observations: Observations, along: 
     angle_rad = observations.pitch_rad if along == "pitch" else observations.roll_rad
     stations = np.linspace(angle_rad.min(), angle_rad.max(), STATIONS)
     visited = _visited(observations, along)
-    directions = model_of_solution(calibration).jacobian(calibration.primary, _stationed(stations, visited, along))
-    components = components_of(calibration)
-    confidence = confidence_halfwidth(directions, components, LEVEL)
-    prediction = prediction_halfwidth(
-        directions, components, calibration.standard_error_v, calibration.degrees_of_freedom, LEVEL
-    )
+    solved = replace(calibration, variance_components=components_of(calibration))
+    everywhere = _stationed(stations, visited, along)
+    confidence = confidence_halfwidth_v(solved, everywhere, LEVEL)
+    prediction = prediction_halfwidth_v(solved, everywhere, solved.standard_error_v, solved.degrees_of_freedom, LEVEL)
     shape = (stations.size, visited.pitch_rad.size)
     return Band(
         np.rad2deg(stations), np.nanmax(confidence.reshape(shape), axis=1), np.nanmax(prediction.reshape(shape), axis=1)

@@ -93,7 +93,7 @@ def resume(
     """
     authorisation = ResumeAuthorisation(operator, reason, accepts_changes)
     services = services or RunServices()
-    with _taken_over(run_dir, authorisation, idle_clock) as found:
+    with taken_over(run_dir, authorisation, idle_clock) as found:
         rig_file = None if found.header.is_rehearsal else Path(found.header.rig_path)
         description = rig_from_json(found.header.rig_json)
         with open_rig(
@@ -106,27 +106,10 @@ def resume(
         ) as rig:
             services = replace(services, ended=rig.belongs_to(run_dir, services.ring))
             _require_nobody_else(rig)
-            return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
+            return go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
 
 
-def resume_on(
-    run_dir: Path,
-    rig: OpenRig,
-    operator: str,
-    reason: str = "",
-    observer: RunObserver | None = None,
-    idle_clock: Clock | None = None,
-    services: RunServices | None = None,
-    *,
-    accepts_changes: bool = False,
-) -> Outcome:
-    """Resume a run as :func:`resume`, on a rig that the caller has opened."""
-    authorisation = ResumeAuthorisation(operator, reason, accepts_changes)
-    with _taken_over(run_dir, authorisation, idle_clock) as found:
-        return _go_on(run_dir, found, rig, authorisation, observer, idle_clock, services)
-
-
-def _go_on(
+def go_on(
     run_dir: Path,
     found: Interrupted,
     rig: OpenRig,
@@ -135,6 +118,7 @@ def _go_on(
     idle_clock: Clock | None,
     services: RunServices | None,
 ) -> Outcome:
+    """Go on with a run that was taken over, on a rig that is open."""
     services = with_run_limits(services, found.header)
     done = sum(dwell.accepted and dwell.purpose == "design" for dwell in found.history.dwells)
     new = [sentence for change in found.changes if (sentence := str(change)) not in found.answered]
@@ -175,7 +159,7 @@ def _require_nobody_else(rig: Rig) -> None:
 
 
 @contextmanager
-def _taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock | None) -> Iterator[Interrupted]:
+def taken_over(run_dir: Path, authorisation: ResumeAuthorisation, clock: Clock | None) -> Iterator[Interrupted]:
     """Own the run and know where it stands. Raises: RequestError, JournalError."""
     with JournalReader.open(run_dir):
         pass  # a folder without a journal is told before anything is written there

@@ -9,15 +9,15 @@ import pytest
 from cr_by_hand import jacobian, predict_v
 from scipy.integrate import dblquad
 from scipy.stats import f as f_distribution
+from tp_bias import t_bias
 
 from ams.analysis.design_variance import gradient
-from ams.analysis.tp_replication import t_bias
 from ams.attitude.quaternion import from_turn, multiply
 from ams.attitude.two_package import angles_from_gravity
 from ams.frames import specific_force
 from ams.models.accelerometer import PitchRoll, vector_from_angles
 from ams.models.cr import model_gravity_g, sting_gravity_g
-from ams.models.linear import Line, compose
+from ams.models.linear import Line
 from ams.solve.gauss_newton import gauss_newton
 
 sin, cos = np.sin, np.cos
@@ -356,9 +356,9 @@ def test_sr_1_needs_the_half_and_two_other_signs():
 
 def test_sr_magnetometer_axes_have_each_their_own_line():
     # SR appendix A, 4.4: (0.9999 raw + 28.97)/31.45 and (1.0000 raw − 313.9050)/31.45.
-    x = compose([Line(0.9999, 28.97), Line(1 / 31.45, 0.0)])
-    y = compose([Line(1.0, -313.9050), Line(1 / 31.45, 0.0)])
-    shared = compose([Line(0.997, -52.865), Line(1 / 31.24, 0.0)])  # the conversion table prints this for both
+    x = Line(0.9999 / 31.45, 28.97 / 31.45)
+    y = Line(1.0 / 31.45, -313.9050 / 31.45)
+    shared = Line(0.997 / 31.24, -52.865 / 31.24)  # the conversion table prints this for both
     raw = np.array([700.0])
     assert x(raw)[0] == pytest.approx((0.9999 * 700 + 28.97) / 31.45, rel=1e-14)
     assert y(raw)[0] == pytest.approx((700 - 313.9050) / 31.45, rel=1e-14)

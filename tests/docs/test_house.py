@@ -8,6 +8,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from definitions import unreached
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "docs"))
@@ -96,6 +97,13 @@ RIGHT = {
     # of a decimal
     "decimal_place", "last_place", "to_place",
 }  # fmt: skip
+FOR_TESTS = {
+    "rig.link.faults:FaultScript",
+    "rig.link.faults:hang_up",
+    "rig.twins.servers:serve_pty",
+    "rig.twins.servers:serve_tcp",
+}
+"""Twins on ports and lines with faults, which stand beside what they imitate and serve tests alone."""
 STORED = {("procedures/journal/spool.py", "place"), ("ams/archive/leases.py", "place")}
 """Fields whose names are keys of what is stored."""
 
@@ -220,6 +228,45 @@ def test_what_is_imported_by_a_name_that_is_made_up_stands_in_two_files(trees):
         "procedures/import_name/calrig/__init__.py",
         "rig/system_parts.py",
     }
+
+
+def test_what_only_tests_use_is_no_part_of_the_product(trees) -> None:
+    """A law about a function that nothing comes to proves what no user runs; yardsticks stand in tests/support."""
+    modules = {_dotted(path): tree for path, tree in trees.items()}
+    for path in (ROOT / "ams/archive/migrations").rglob("*.py"):
+        modules[_dotted(path.relative_to(ROOT).as_posix())] = tree_of(path)
+    entries = set(re.findall(r'"([\w.]+):(\w+)"', (ROOT / "pyproject.toml").read_text(encoding="utf-8")))
+    facades = ("ams", "procedures.import_name.calrig", "rig.testing")
+    offered = {
+        (node.module or "", alias.name)
+        for name in facades
+        for node in ast.walk(modules[name])
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    hooks = {(name, hook) for name in facades for hook in ("__dir__", "__getattr__")}
+    hooks |= {(name, hook) for name in modules if ".migrations." in name for hook in ("upgrade", "downgrade")}
+    found = unreached(modules, entries | offered | hooks | _documented(modules))
+    assert set(found) == FOR_TESTS
+
+
+def _dotted(path: str) -> str:
+    return path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
+
+
+def _documented(modules: dict[str, ast.Module]) -> set[tuple[str, str]]:
+    """Return the definitions that a page names as code, beside the whole name of their module."""
+    found = set()
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        code = re.findall(r"`([^`]+)`", page.read_text(encoding="utf-8"))
+        dotted = {part for text in code for part in re.findall(r"[\w.]+\w", text)}
+        words = {word for text in code for word in re.findall(r"\w+", text)}
+        for whole in dotted:
+            module = whole if whole in modules else whole.rpartition(".")[0]
+            if module in modules and "." in module:
+                names = {node.name for node in modules[module].body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+                found |= {(module, name) for name in names & words}
+    return found
 
 
 def test_rig_and_ams_register_in_one_way() -> None:

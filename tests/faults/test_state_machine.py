@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
 from journals import a_clock
 from killing import run_child
+from resumed import resume_on
 from small_run import Bench, dwells_of, measured
 
 from procedures.errors import RequestError
@@ -31,7 +32,6 @@ from procedures.records.progress import Progress
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, require_transition
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock

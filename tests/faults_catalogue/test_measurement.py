@@ -9,6 +9,7 @@ import pytest
 from case_shares import rest_to_thorough
 from command import call
 from faulty_rig import FaultyReadout, FaultyRig
+from resumed import resume_on
 from runs_with_faults import two_packages
 from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
@@ -18,7 +19,6 @@ from procedures.delivery.deliver import deliver, solve_run
 from procedures.journal.event_words import event_words
 from procedures.records.states import State
 from procedures.run.handover import handover
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import Burst, Readout, Wait
 from rig.assembly.open_rig import Rig, open_rig
 from rig.errors import DeviceNonsense

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from faulty_rig import FaultyRig
 from motion_bench import motion_bench
+from resumed import resume_on
 from runs_with_faults import faults, run_with_faults
 from small_run import QUICK_SETTLE, Bench, bench, dwells_of, measured
 from standstill import STRIKES, RigReopenedLate, StruckRun, standstill_s
@@ -21,7 +22,6 @@ from procedures.delivery.deliver import solve_run
 from procedures.errors import PlanError
 from procedures.records.states import State
 from procedures.run.begin import begin
-from procedures.run.resume import resume_on
 from procedures.run.services import RunServices
 from procedures.solution import by_model
 from rig.abilities.abilities import AxisState

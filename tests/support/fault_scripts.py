@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from asking import put
 from journals import a_clock
+from resumed import resume_on
 from small_run import Bench
 
 from procedures.delivery.deliver import sensors_document, solve_run
@@ -23,7 +24,6 @@ from procedures.records.progress import Progress, RunObserver, SilentObserver
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
-from procedures.run.resume import resume_on
 from rig.assembly.faulty_lines import drivers_of
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.fault_plan import FaultPlan

@@ -32,7 +32,7 @@ class LowPassWish:
 
     def at(self, rate_hz: float) -> LowPass:
         """Return the filter's settings. Raises: ObservationsError where they are none."""
-        return LowPass(self.cutoff_hz, rate_hz, self.order, self.ripple_db, is_two_way=False)
+        return LowPass(self.cutoff_hz, rate_hz, self.order, self.ripple_db)
 
 
 class LowPassedAngles:

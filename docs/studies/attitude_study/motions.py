@@ -15,9 +15,9 @@ from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
 from ams.attitude.attitude_filter import AttitudeFilter, FilteredPath, FilterSettings
-from ams.attitude.gyro import integrate_rates
-from ams.attitude.kalman import GyroNoise, start_estimate
-from ams.attitude.rate_scan import integrate
+from ams.attitude.gyro import cr_angles_rad, path_by_butcher, quaternion_of_cr
+from ams.attitude.kalman import Estimate, GyroNoise
+from ams.attitude.rate_scan import Interpolation, Path, RateScan
 from ams.frames import body_rates_rad_s
 from procedures.report.canvas import INK, SERIES
 
@@ -43,15 +43,28 @@ class Construction:
 
 
 @cache
-def construction(rate_hz: float, interpolation: str = "cubic", method: str = "quaternion") -> Construction:
+def construction(rate_hz: float, interpolation: Interpolation = "cubic", method: str = "quaternion") -> Construction:
     """Θ = 10 sin(0.125·2πt), Ψ = 10 sin(0.0625·2πt), Φ = 10 sin(0.25·2πt) over ten seconds, CR IV-D."""
     time_s = np.arange(round(10.0 * rate_hz) + 1) / rate_hz
     omega = 2.0 * np.pi * np.array([0.125, 0.0625, 0.25])
     phase = time_s[:, None] * omega
     euler = np.deg2rad(10.0) * np.sin(phase)
     rates = body_rates_rad_s(euler, np.deg2rad(10.0) * omega * np.cos(phase))
-    found = integrate_rates(rates, euler[0], 1.0 / rate_hz, interpolation, method)  # type: ignore[arg-type]
-    return Construction(time_s, np.rad2deg(euler), np.rad2deg(found))
+    path = path_by_butcher if method == "butcher" else None
+    found = integrated(rates.T, quaternion_of_cr(euler[0]), 1.0 / rate_hz, interpolation, path)
+    return Construction(time_s, np.rad2deg(euler), np.rad2deg(cr_angles_rad(found, euler[0]).T))
+
+
+def integrated(
+    rates: FloatArray,
+    start: FloatArray,
+    interval_s: float,
+    interpolation: Interpolation = "cubic",
+    path: Path | None = None,
+) -> FloatArray:
+    """Return the (4, N) attitudes at all of (3, N) samples, as a stream gives them."""
+    scan = RateScan(start, interval_s, interpolation, path)
+    return np.concatenate([scan.feed(rates).quaternion, scan.finish().quaternion], axis=1)
 
 
 def draw_construction(figure: "Figure") -> None:
@@ -161,13 +174,14 @@ def flight() -> Flight:
     gyro = (mean + bias + np.deg2rad(0.02) * chance.normal(size=mean.shape)).T
     force = true.inv().apply([0.0, 0.0, -1.0]).T + FORCE_SD_G * chance.normal(size=(3, FLIGHT_ROWS))
     field = true.inv().apply(FIELD_UT).T + FIELD_SD_UT * chance.normal(size=(3, FLIGHT_ROWS))
-    path = integrate(np.ascontiguousarray(gyro), true[0].as_quat(), 1.0 / FLIGHT_HZ)
+    by_gyro = integrated(np.ascontiguousarray(gyro), true[0].as_quat(), 1.0 / FLIGHT_HZ)
     settings = FilterSettings(
         1.0 / FLIGHT_HZ, GyroNoise(2e-3, 1e-6), FORCE_SD_G,
         field_reference_ut=(22.0, -3.0, 40.0), field_sd_ut=FIELD_SD_UT,
     )  # fmt: skip
-    filtered = AttitudeFilter(settings, start_estimate(true[0].as_quat(), 0.05, 2e-3)).run(gyro, force, field)
-    return Flight(time_s / 3600.0, true, Rotation.from_quat(path.quaternion.T), path.quaternion, filtered)
+    start = Estimate(true[0].as_quat(), np.zeros(3), np.diag([0.05**2] * 3 + [2e-3**2] * 3))
+    filtered = AttitudeFilter(settings, start).run(gyro, force, field)
+    return Flight(time_s / 3600.0, true, Rotation.from_quat(by_gyro.T), by_gyro, filtered)
 
 
 def draw_quaternions(figure: "Figure") -> None:

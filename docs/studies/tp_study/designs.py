@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tp_study.printed import TABLE_1
 
-from ams.analysis.design_variance import AngleBox, figure_of_merit, variance_function
+from ams.analysis.design_variance import AngleBox, evaluate_design, variance_function
 from ams.analysis.design_without_roll import variance_without_roll
 from procedures.plan.designs import Design, full_grid, tumble, uniform_circle_deg, uniform_roll, uniform_symmetric
 
@@ -72,7 +72,7 @@ def table_1() -> list[tuple[str, float, float, float | None, float | None]]:
 
 def _merit(design: Design, half_deg: float) -> float:
     half = float(np.deg2rad(half_deg))
-    return float(np.sqrt(figure_of_merit(*points_rad(design), AngleBox((-half, half)))))
+    return evaluate_design(*points_rad(design), AngleBox((-half, half))).figure_of_merit_sqrt
 
 
 def normalised(design: Design, at_deg: FloatArray, roll_deg: float = 0.0) -> FloatArray:

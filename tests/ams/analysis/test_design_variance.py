@@ -10,7 +10,6 @@ from ams.analysis.design_variance import (
     AngleBox,
     design_rank,
     evaluate_design,
-    figure_of_merit,
     max_variance,
     variance_function,
 )
@@ -54,7 +53,7 @@ def test_figures_of_merit_of_tp_table_1(pitch_deg, limit, printed, usage, usage_
 
 def test_repeating_the_roll_point_at_half_a_turn_costs_nothing() -> None:
     points = grid(np.linspace(-30, 30, 33), np.append(ROLL_DEG, 180.0))
-    assert np.sqrt(figure_of_merit(*points, box(30))) == pytest.approx(1.989, abs=0.0006)
+    assert evaluate_design(*points, box(30)).figure_of_merit_sqrt == pytest.approx(1.989, abs=0.0006)
 
 
 TUMBLE = np.deg2rad([90.0, -90.0, 0.0, 0.0, 0.0, 0.0]), np.deg2rad([0.0, 0.0, 0.0, 90.0, 180.0, -90.0])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from simulated_campaign import Campaign
+from tp_bias import f_bias, t_bias
 
-from ams.analysis.tp_replication import f_bias, t_bias
 from ams.calibration.calibrate import calibrate
 from ams.inputs.request import CalibrationRequest
 

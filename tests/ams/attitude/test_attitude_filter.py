@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from kalman_steps import start_estimate
 from scipy.spatial.transform import Rotation
 
 from ams.attitude.attitude_filter import (
@@ -14,7 +15,7 @@ from ams.attitude.attitude_filter import (
     FilterSettings,
     mean_band,
 )
-from ams.attitude.kalman import GyroNoise, start_estimate
+from ams.attitude.kalman import GyroNoise
 from ams.errors import ObservationsError
 
 NOISE = GyroNoise(2e-3, 2e-5)

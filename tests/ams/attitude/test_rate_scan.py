@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from integrated import integrated
 from scipy.spatial.transform import Rotation
 
 from ams.attitude import quaternion, rate_scan
-from ams.attitude.rate_scan import RateScan, bridge, integrate, prefix_products, turns_of_rates
+from ams.attitude.rate_scan import RateScan, bridge, path_by_turns, prefix_products, turns_of_rates
 from ams.errors import ObservationsError
 
 START = Rotation.from_euler("ZYX", [0.3, -0.2, 1.0]).as_quat()
@@ -39,7 +40,7 @@ def test_cubic_is_of_fourth_order_on_a_rate_that_bends() -> None:
     errors = []
     for count in (51, 101, 201):
         truth, rates = motion(count, 1.5 / (count - 1))
-        errors.append(off(integrate(rates, truth[0].as_quat(), 1.5 / (count - 1)), truth))
+        errors.append(off(integrated(rates, truth[0].as_quat(), 1.5 / (count - 1)), truth))
     assert np.all(np.log2(np.array(errors[:-1]) / np.array(errors[1:])) > 3.7)
 
 
@@ -73,10 +74,11 @@ def test_chunks_of_any_length_give_what_the_whole_gives(lengths, seed, interpola
     ends = np.append(np.cumsum(lengths), count)
     pieces = [stream.feed(rates[:, a:b]) for a, b in zip(np.append(0, ends[:-1]), ends, strict=True)]
     pieces.append(stream.finish())
-    whole = integrate(rates, START, 0.02, interpolation)
-    np.testing.assert_allclose(np.concatenate([p.quaternion for p in pieces], axis=1), whole.quaternion, atol=1e-12)
-    np.testing.assert_array_equal(np.concatenate([p.is_bridged for p in pieces]), whole.is_bridged)
-    np.testing.assert_array_equal(np.concatenate([p.bridged_samples for p in pieces]), whole.bridged_samples)
+    filled, is_missing = bridge(rates)
+    whole = path_by_turns(START, filled, slice(None), 0.02, interpolation)
+    np.testing.assert_allclose(np.concatenate([p.quaternion for p in pieces], axis=1), whole, atol=1e-12)
+    np.testing.assert_array_equal(np.concatenate([p.is_bridged for p in pieces]), is_missing)
+    np.testing.assert_array_equal(np.concatenate([p.bridged_samples for p in pieces]), np.cumsum(is_missing))
 
 
 def test_a_stream_keeps_no_more_than_it_needs() -> None:
@@ -96,7 +98,7 @@ def test_a_gap_is_bridged_marked_and_counted() -> None:
     holed = rates.copy()
     holed[0, 50:53] = np.nan
     holed[:, 120] = np.inf
-    path = integrate(holed, truth[0].as_quat(), 0.005)
+    path = integrated(holed, truth[0].as_quat(), 0.005)
     assert np.flatnonzero(path.is_bridged).tolist() == [50, 51, 52, 120]
     assert path.bridged_samples[[49, 52, 119, 200]].tolist() == [0, 3, 3, 4]
     assert np.isfinite(path.quaternion).all()
@@ -117,20 +119,12 @@ def test_a_long_gap_holds_the_last_rate() -> None:
 
 def test_nothing_to_integrate_is_refused() -> None:
     with pytest.raises(ObservationsError, match="no sample has a rate"):
-        integrate(np.full((3, 10), np.nan), START, 0.01)
+        integrated(np.full((3, 10), np.nan), START, 0.01)
     with pytest.raises(ObservationsError, match="cubic interpolation needs 4"):
-        integrate(np.zeros((3, 3)), START, 0.01)
+        integrated(np.zeros((3, 3)), START, 0.01)
     stream = RateScan(START, 0.01)
     stream.feed(np.zeros((3, 2)))
     with pytest.raises(ObservationsError, match="cubic interpolation needs 4"):
         stream.finish()
     with pytest.raises(ObservationsError, match="above 0 s"):
         RateScan(START, 0.0)
-
-
-def test_quaternions_of_one_path_are_the_same_by_rows() -> None:
-    _, rates = motion(100, 0.01)
-    by_rows = quaternion.integrate(rates.T, 0.01, START)
-    np.testing.assert_array_equal(by_rows, integrate(rates, START, 0.01).quaternion.T)
-    with pytest.raises(ObservationsError, match="is not a number"):
-        quaternion.integrate(np.full((10, 3), np.nan), 0.01)

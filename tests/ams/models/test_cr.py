@@ -4,12 +4,9 @@ import numpy as np
 import pytest
 from cr_by_hand import jacobian, predict_v, sensor_from_linear
 
-from ams.errors import DesignError
 from ams.frames import AXES
 from ams.models.cr import (
-    CrSensor,
     model_gravity_g,
-    sensed_field,
     sensitive_axis,
     sting_gravity_g,
 )
@@ -105,25 +102,3 @@ def test_any_parameters_are_brought_to_the_branch_that_gives_the_same_outputs(ax
         assert -np.pi <= sensor.azimuth_rad <= np.pi
         again = np.array([sensor.bias_v, sensor.sensitivity, sensor.azimuth_rad, sensor.coning_rad])
         np.testing.assert_allclose(predict_v(axis, again, field), output, atol=1e-12)
-
-
-def test_the_field_comes_back_from_the_outputs():
-    rng = np.random.default_rng(2)
-    sensors = {
-        "x": CrSensor("x", 1.0, 0.5, 0.3, 0.2),
-        "y": CrSensor("y", 1.1, -0.4, 1.0, 0.1),
-        "z": CrSensor("z", 0.9, 0.6, -2.0, 0.3),
-    }
-    field = rng.normal(size=(20, 3))
-    outputs = {a: s.bias_v + field @ s.k for a, s in sensors.items()}
-    np.testing.assert_allclose(sensed_field(sensors, outputs), field, atol=1e-13)
-
-
-def test_coplanar_sensors_cannot_resolve_a_field():
-    sensors = {
-        "x": CrSensor("x", 0.0, 1.0, 0.0, 0.0),
-        "y": CrSensor("y", 0.0, 1.0, 0.0, np.pi / 2),  # lies along −x
-        "z": CrSensor("z", 0.0, 1.0, 0.0, 0.0),
-    }
-    with pytest.raises(DesignError, match="one plane"):
-        sensed_field(sensors, {axis: np.zeros(1) for axis in AXES})

@@ -8,7 +8,7 @@ from solved import provenance, solved_package
 
 from ams.errors import OutsideValidity
 from ams.exports.formats import FORMATS
-from ams.sets.apply import apply, sensed_force
+from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 
 CHAIN = {"dmm.x": {"serial": "C-17", "load_resistor_ohm": 2500.0}, "dmm.y": {"serial": "C-17"}, "dmm.z": {}}
@@ -58,13 +58,6 @@ def test_the_factor_in_the_sentence_carries_the_sensitivity_to_the_site() -> Non
     text = re.search(r"multiply every k by ([\d.]+)", str(caught.value))
     assert text is not None
     assert 0.25 * 9.79826 * float(text[1]) == pytest.approx(0.25 * 9.80665, rel=1e-14)
-
-
-def test_the_way_back_to_the_force_asks_the_same() -> None:
-    with pytest.raises(OutsideValidity, match="site gravity"):
-        sensed_force(calibrated(), {"x": 0.0, "y": 0.0, "z": 0.0}, site_gravity_mps2=9.81)
-    with pytest.raises(OutsideValidity, match=r"chain of dmm\.x"):
-        sensed_force(calibrated(chain=CHAIN), {"x": 0.0, "y": 0.0, "z": 0.0}, chain_serial="C-18")
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -9,8 +9,9 @@ from solved import provenance, solved_package
 
 from ams.errors import OutsideValidity
 from ams.inference.inference import Package, inference
-from ams.sets.apply import apply, sensed_force
+from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
+from ams.sets.vectors import inferred_force
 
 RNG = np.random.default_rng(5)
 
@@ -31,7 +32,7 @@ def test_an_empty_request_gives_an_empty_answer(coefficients: CoefficientSet) ->
 
 def test_the_force_comes_back_from_the_outputs(coefficients: CoefficientSet) -> None:
     pitch, roll = RNG.uniform(-0.5, 0.5, 50), RNG.uniform(-3.0, 2.5, 50)
-    f = sensed_force(coefficients, apply(coefficients, pitch, roll))
+    f = inferred_force(coefficients.axes, apply(coefficients, pitch, roll), None)
     expected = np.stack([np.sin(pitch), -np.cos(pitch) * np.sin(roll), -np.cos(pitch) * np.cos(roll)], axis=-1)
     assert f == pytest.approx(expected, abs=1e-14)
 
@@ -83,12 +84,6 @@ def test_beyond_the_validity_is_computed_when_the_caller_says_so(coefficients: C
 def test_an_input_that_is_not_finite_is_refused_always(coefficients: CoefficientSet, pitch: float) -> None:
     with pytest.raises(OutsideValidity, match="pitch: 1 of 1 values are not finite"):
         apply(coefficients, pitch, 0.0, beyond_validity=True)
-
-
-def test_two_axes_do_not_tell_the_force() -> None:
-    two = build_set(solved_package("xy"), provenance())
-    with pytest.raises(OutsideValidity, match="specific force cannot be told from x, y"):
-        sensed_force(two, {"x": 0.0, "y": 0.0})
 
 
 def test_applying_loads_nothing_heavy() -> None:

@@ -17,7 +17,7 @@ from ams.exports.formats import export_set, load_set
 from ams.exports.verify import verify
 from ams.finding_kinds import FINDING_KINDS
 from ams.inputs.request import CalibrationRequest
-from ams.sets.apply import apply, sensed_force
+from ams.sets.apply import apply
 from ams.sets.coefficients import build_set
 from ams.sets.schema import check_identity
 
@@ -80,11 +80,6 @@ def test_a_missing_yaw_or_rate_and_a_value_outside_are_refused() -> None:
         apply(gyro_set(), 0.0, 0.0, yaw_rad=0.0)
     with pytest.raises(OutsideValidity, match="rate outside the validity"):
         apply(gyro_set(), 0.0, 0.0, yaw_rad=0.0, euler_rate_rad_s=[0.0, 0.0, 2.0])
-
-
-def test_no_specific_force_is_told_from_cr_sets() -> None:
-    with pytest.raises(OutsideValidity, match="specific force cannot be told"):
-        sensed_force(package_set("model"), dict.fromkeys("xyz", 0.0))
 
 
 def test_version_1_holds_no_convention_of_cr(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
+from resumed import resume_on
 from small_run import Bench, bench, dwells_of, measured, resumed
 from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unattended, states
 
@@ -21,7 +22,6 @@ from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 from procedures.run.handover import handover
 from procedures.run.readiness import readiness
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import AxisState
 from rig.assembly.open_rig import Rig, open_rig
 from rig.description.rig_file import LevelReading, RigDescription, Standard

@@ -6,6 +6,7 @@ from datetime import timedelta
 from pathlib import Path
 
 import pytest
+from resumed import resume_on
 from small_run import bench, in_child
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
@@ -15,7 +16,6 @@ from procedures.journal.status import status
 from procedures.records.states import State, is_unasked
 from procedures.run.ending import DIED
 from procedures.run.handover import handover
-from procedures.run.resume import resume_on
 from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock
 from rig.guard.ask import SUFFIX, stop

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from resumed import resume_on
 from small_run import Bench
 from turned_table import common_mode_events, several_sensors, slips
 from unattended_run import Happening, UnattendedRun, asks, events, run_unattended, states
@@ -15,7 +16,6 @@ from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.report.sections.run import check_rows
-from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.assembly.open_rig import open_rig
 from rig.twins.physics.world import World

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from resumed import resume_on
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import RigReopenedLate, UnattendedRun, events, run_unattended, states
 
@@ -11,7 +12,6 @@ from procedures.journal.audit_trail import notes_in
 from procedures.records.progress import STRAY_MOTION
 from procedures.records.states import State
 from procedures.run.handover import handover
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig, open_rig
 from rig.errors import LinkLost

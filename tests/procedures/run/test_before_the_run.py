@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from journals import a_dwell
+from resumed import resume_on
 from small_run import RIG, Bench, bench, dwells_of
 from unattended_run import UnattendedRun, events, run_unattended, states
 
@@ -15,7 +16,6 @@ from procedures.records.dwells import ChannelReading, DwellRecord
 from procedures.records.states import State
 from procedures.run.judgement.mount_check import contradictions
 from procedures.run.preflight import preflight
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import Burst, Readout, Wait
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
+from resumed import resume_on
 from small_run import Bench, bench, dwells_of
 from turned_table import common_mode_events, several_sensors, slips
 from unattended_run import UnattendedRun, asks, events, run_unattended, states
@@ -30,7 +31,6 @@ from procedures.report.assemble import assemble_view
 from procedures.report.overview import overview_rows
 from procedures.run.begin import begin
 from procedures.run.handover import handover
-from procedures.run.resume import resume_on
 from procedures.solution.run_findings import run_findings
 from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import Rig, open_rig

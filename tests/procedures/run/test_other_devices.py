@@ -13,7 +13,8 @@ from procedures.errors import RequestError
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.run.handover import handover
-from procedures.run.resume import resume, resume_on
+from resumed import resume_on
+from procedures.run.resume import resume
 from rig.assembly.open_rig import open_rig
 
 OTHER = "HP3458A, another one"

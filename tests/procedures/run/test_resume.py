@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from faulty_rig import FaultyRig
 from file_keys import keys_of, value_at
+from resumed import resume_on
 from small_run import Bench, StopAt, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
@@ -30,7 +31,7 @@ from procedures.plan.steps import Dwell, Soak
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.judgement.history import agenda, history_of, replications_before
-from procedures.run.resume import resume, resume_on
+from procedures.run.resume import resume
 from rig.abilities.abilities import Burst
 from rig.assembly.open_rig import open_rig
 from rig.clock import SystemClock, VirtualClock

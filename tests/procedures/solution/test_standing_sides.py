@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from resumed import resume_on
 from small_run import Bench
 from turned_table import several_sensors, slips
 from unattended_run import UnattendedRun, asks, run_unattended
@@ -13,7 +14,6 @@ from ams.findings import Finding
 from procedures.delivery.deliver import solve_run
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import State
-from procedures.run.resume import resume_on
 from procedures.solution.record import RunRecord
 from procedures.solution.standing_sides import StandingSides
 from rig.assembly.open_rig import open_rig

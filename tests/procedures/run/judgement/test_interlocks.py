@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig, noisier
+from resumed import resume_on
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unattended, states
 
@@ -14,7 +15,6 @@ from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.judgement.interlocks import Interlock, Watched, look_at
 from procedures.run.judgement.run_limits import run_limits_of
-from procedures.run.resume import resume_on
 from procedures.run.services import RunServices
 from procedures.run.watch.disk_space import MB, needed_bytes
 from rig.abilities.abilities import Burst

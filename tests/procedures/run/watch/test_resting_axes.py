@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
+from resumed import resume_on
 from small_run import Bench, bench
 from unattended_run import UnattendedRun, events, run_unattended
 
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.status import status
 from procedures.records.states import State
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.open_rig import Rig, open_rig
 from rig.twins.physics.world import World

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from resumed import resume_on
 from runs_with_faults import faults, run_with_faults
 from small_run import Bench, bench, dwells_of
 from unattended_run import UnattendedRun
@@ -12,7 +13,6 @@ from procedures.records.dwells import Event
 from procedures.records.states import State
 from procedures.report.conditions import condition_sections
 from procedures.run.begin import begin
-from procedures.run.resume import resume_on
 from rig.abilities.abilities import Watchdog
 from rig.assembly.open_rig import open_rig
 
