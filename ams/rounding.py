@@ -33,7 +33,7 @@ def with_uncertainty(value: float, uncertainty: float | None) -> tuple[str, str]
     return to_place(value, decimal_place), printed
 
 
-def significant(value: float, digits: int) -> str:
+def significant(value: float, digits: int = 2) -> str:
     """Return a number of a sentence to so many significant digits, without an exponent where that is readable."""
     text = f"{value:.{digits}g}"
     is_readable = math.isfinite(value) and (value == 0.0 or abs(value) >= 10.0**-MOST_DECIMALS)
@@ -41,5 +41,11 @@ def significant(value: float, digits: int) -> str:
 
 
 def two_digits(value: float) -> str:
-    """Return two significant digits without an exponent where that is readable."""
-    return significant(value, 2)
+    """Return a magnitude alone as tables have it: two significant digits, a zero among them too, no exponent where
+    that is readable; a dash where it is no number.
+    """
+    if not math.isfinite(value):
+        return "—"
+    if value == 0.0:
+        return "0"
+    return to_place(value, last_place(abs(value))) if abs(value) >= 10.0**-MOST_DECIMALS else f"{value:.1e}"

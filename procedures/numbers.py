@@ -1,12 +1,8 @@
-"""Numbers as a certificate prints them: two significant digits of the uncertainty, the value to the same place.
-
-Source: JCGM 100 (GUM) 7.2.6.
-"""
+"""Numbers as pages and screens print them beside values with their uncertainty, which :mod:`ams.rounding` prints."""
 
 import math
 from collections.abc import Mapping
 
-from ams.rounding import MOST_DECIMALS, last_place, to_place
 from ams.statistics.intervals import INFINITE_DOF
 from ams.units import ARCSEC_PER_RAD, printed
 
@@ -14,15 +10,6 @@ from ams.units import ARCSEC_PER_RAD, printed
 def finite(value: float | None) -> float | None:
     """Return the value as JSON may have it, which knows no NaN: what is not finite is null."""
     return None if value is None or not math.isfinite(value) else value
-
-
-def two_digits(value: float) -> str:
-    """Return a magnitude alone, to two significant digits, without an exponent where that stays readable."""
-    if not math.isfinite(value):
-        return "—"
-    if value == 0.0:
-        return "0"
-    return to_place(value, last_place(abs(value))) if abs(value) >= 10.0**-MOST_DECIMALS else f"{value:.1e}"
 
 
 MANY_DOF = 10_000.0

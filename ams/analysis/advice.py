@@ -18,7 +18,7 @@ from ams.frames import specific_force
 from ams.models.extended import CONFOUNDED
 from ams.models.registry import MODELS, is_solved_from_levels
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.solve.layout import Layout, layout_of
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
@@ -174,7 +174,7 @@ def _line(at: FloatArray, values: FloatArray) -> tuple[float, tuple[float, float
 
 def _term_sentence(term: ResidualTerm) -> str:
     if abs(term.amplitude_deg) > _LARGEST_ANGLE_DEG:
-        amplitude = f"{two_digits(term.amplitude_v)} V"
+        amplitude = f"{significant(term.amplitude_v)} V"
         return f"The residuals repeat as {term.name} with {amplitude}: no small error of a good model."
     low, high = map(_angle, term.interval_95_deg)
     return (

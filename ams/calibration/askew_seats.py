@@ -22,7 +22,7 @@ from ams.calibration.solving.columns import SolvedColumns
 from ams.findings import Finding
 from ams.inputs.shared_errors import SHOWN_BY_ROWS, SharedError, shared_columns
 from ams.models.model import Stimulus
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_quantile
@@ -59,7 +59,7 @@ class AskewSeats:
     @property
     def finding(self) -> Finding:
         """What is said of it."""
-        size = f"{two_digits(in_arcsec(self.sd_rad))}″"
+        size = f"{significant(in_arcsec(self.sd_rad))}″"
         fact = (
             f"the package sat askew otherwise at every position in which it turned, by {size} (standard deviation "
             "about each axis), or the axis that turned did: what the outputs are off by follows the rates of a "

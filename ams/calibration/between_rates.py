@@ -21,7 +21,7 @@ from ams.models.extended import linear_part
 from ams.models.gyro import GyroWithTerms, velocity_of_dps
 from ams.models.rate_terms import RATE_TERM_NAMES, centred_rate_terms
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.sets.verdict_conditions import THREE_RATES
 
 _SAME: Final = 0.02
@@ -52,7 +52,7 @@ def errors_between_rates(
         largest = float(np.abs(velocity_dps[:, "xyz".index(model.nominal_axis)]).max())
         sensitivity = float(np.linalg.norm(primary[label][1:4]))
         ppm = 1e6 * limit_v / (sensitivity * largest)
-        stated = f"{_CARRIES:g} of a limit of {two_digits(1e6 * limit_v)} µV between the rates, {SHOWN_BY_ROWS}"
+        stated = f"{_CARRIES:g} of a limit of {significant(1e6 * limit_v)} µV between the rates, {SHOWN_BY_ROWS}"
         errors[label] = (
             SharedError(
                 BETWEEN_RATES, "departure", _CARRIES * limit_v, stated=stated, is_of_one_channel=True, is_weighed=False
@@ -60,7 +60,7 @@ def errors_between_rates(
         )
         remark = (
             f"{THREE_RATES}: 0 and ±{largest:.4g} °/s: K₂ and K₁′ (asymmetry) go through the same outputs there, and "
-            f"differ between by up to {two_digits(ppm)} ppm of the largest of {label}, which is in the uncertainty; a "
+            f"differ between by up to {significant(ppm)} ppm of the largest of {label}, which is in the uncertainty; a "
             "bend of third order shows at none of them and is in no figure stated here; turn at a rate between as well"
         )
         said[label] = replace(choice, remarks=(*choice.remarks, remark))

@@ -26,7 +26,7 @@ from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import OF_THE_AXES, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, corrected
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.solve.extension import angles_of_points
 from ams.solve.joint import JointFit
 from ams.solve.layout import layout_of
@@ -148,9 +148,9 @@ def beyond_priors(fit: JointFit) -> Iterator[Finding]:
         is_index = nuisance.name not in WHOLE_TABLE and not nuisance.name.startswith(SEAT)
         where = "its limit in the rig file" if is_index else "--prior; joint_priors_arcsec"
         fact = (
-            f"{nuisance.name}: {signed(estimate, 3)}″ ± {two_digits(u)}″, where {two_digits(prior)}″ (standard) is "
-            f"declared: the rows contradict the prior, {two_digits(abs(estimate) / prior)} times over; the estimate is "
-            "drawn towards it, and what it lacks is in the other errors of the table, in offset and sensitivities, "
+            f"{nuisance.name}: {signed(estimate, 3)}″ ± {significant(u)}″, where {significant(prior)}″ (standard) is "
+            f"declared: the rows contradict the prior, {significant(abs(estimate) / prior)} times over; the estimate "
+            "is drawn towards it, and what it lacks is in the other errors of the table, in offset and sensitivities, "
             "and not in their uncertainties"
         )
         details: dict[str, float | str | None] = {

@@ -20,7 +20,7 @@ from ams.inputs.request import CalibrationRequest, refuse_unusable
 from ams.inputs.shared_errors import COURSES, HALF, Effect, SharedError, carriers, leaking_v
 from ams.models.model import Model
 from ams.observations import Observations
-from ams.rounding import significant, two_digits
+from ams.rounding import significant
 from ams.solve.joint import JointFit, joint_fit
 from ams.solve.layout import layout_of
 from ams.solve.linearised import linearise
@@ -189,7 +189,7 @@ def _of_the_table(fit: JointFit) -> Iterator[str]:
     parts = [nuisance for nuisance in fit.nuisances if nuisance.name not in WHOLE_TABLE]
     sentences = [
         f"{nuisance.name} {nuisance.estimate_rad / RAD_PER_ARCSEC:+.2f}″ "
-        f"(u {two_digits(nuisance.standard_deviation_rad / RAD_PER_ARCSEC)}″, "
+        f"(u {significant(nuisance.standard_deviation_rad / RAD_PER_ARCSEC)}″, "
         f"prior {significant(nuisance.prior_rad / RAD_PER_ARCSEC, 3)}″)"
         for nuisance in fit.nuisances
         if nuisance.name in WHOLE_TABLE

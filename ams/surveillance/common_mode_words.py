@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ams.findings import ALL_AFTER, ON_ONE_SIDE, Finding, turned_the_table
-from ams.rounding import significant, two_digits
+from ams.rounding import significant
 from ams.surveillance.common_mode import CommonMode, SensorChange
 from ams.surveillance.common_mode_causes import LIKE_AXES, ROTATION, Cause
 from ams.surveillance.common_mode_columns import Estimate
@@ -113,7 +113,7 @@ def _what(found: CommonMode, cause: Cause, between: str, unit: str) -> str:
         return f"changed {between}, all axes of one name alike, as offset or sensitivity and as no rotation alone would"
     size = next(iter(sizes.values()), None)
     if cause.kind == "meter-gain" and size is not None:
-        u_ppm = two_digits(1e6 * size.standard_uncertainty)
+        u_ppm = significant(1e6 * size.standard_uncertainty)
         return f"read {signed(1e6 * size.value, 3)} ppm (u {u_ppm} ppm) more {between}"
     if cause.kind == "meter-offset" and size is not None:
         u = in_words(size.standard_uncertainty, unit)
@@ -197,7 +197,7 @@ def _details(found: CommonMode, cause: Cause) -> dict[str, float | str | None]:
 
 
 def _angle(estimate: Estimate) -> str:
-    return f"{_arcsec(estimate.value)} (u {two_digits(in_arcsec(estimate.standard_uncertainty))}″)"
+    return f"{_arcsec(estimate.value)} (u {significant(in_arcsec(estimate.standard_uncertainty))}″)"
 
 
 def _arcsec(angle_rad: float) -> str:

@@ -15,9 +15,9 @@ from ams.arrays import FloatArray
 from ams.calibration_result import Calibration, ParameterEstimate
 from ams.frames import wrap_deg
 from ams.parameter_words import words_of
-from ams.rounding import with_uncertainty
+from ams.rounding import two_digits, with_uncertainty
 from ams.units import printed
-from procedures.numbers import degrees_of_freedom, p_value, three_digits, two_digits
+from procedures.numbers import degrees_of_freedom, p_value, three_digits
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import degrees, sqrt
 from typing import Final, Literal
 
-from procedures.numbers import two_digits
+from ams.rounding import two_digits
 
 COVERAGE: Final = 2.0
 

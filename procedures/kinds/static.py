@@ -7,7 +7,7 @@ import numpy as np
 
 from ams.inputs.shared_errors import leaking_v
 from ams.observations import Observations
-from ams.rounding import with_uncertainty
+from ams.rounding import two_digits, with_uncertainty
 from ams.statistics.noise import AllanDeviation, allan_deviation, read_coefficients
 from ams.statistics.noise_terms import POWER_OF_TIME, TERMS, WORDS, NoiseTerm, noise_terms
 from ams.units import printed
@@ -17,7 +17,6 @@ from procedures.kinds.kind import Forecast, Key, PlanRequest
 from procedures.kinds.points import PointKind
 from procedures.kinds.section import Curve, Plot, SensorPage, TextTable, recorded_tables, section_of
 from procedures.kinds.sensor_parts import COVERAGE, PARTS, SensorPart, checked, forecast_of
-from procedures.numbers import two_digits
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.steps import Rest

@@ -18,11 +18,12 @@ from ams.findings import EXPLAINED_BY
 from ams.frames import wrap_deg
 from ams.observations import Observations
 from ams.parameter_words import words_of
+from ams.rounding import two_digits
 from ams.solve.extension import Extension
 from ams.statistics.distributions import f_tail
 from ams.statistics.intervals import t_quantile
 from ams.units import ARCSEC_PER_DEG
-from procedures.numbers import angle, arcsec, three_digits, two_digits
+from procedures.numbers import angle, arcsec, three_digits
 from procedures.report.view import AxisView, ParameterRow, TestRow
 from procedures.solution.budget_view import budget_view
 

@@ -5,8 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from ams.observations import Observations
+from ams.rounding import two_digits
 from ams.surveillance.adjustment import Condition
-from procedures.numbers import arcsec, two_digits
+from procedures.numbers import arcsec
 from procedures.report.bands import band_along
 from procedures.report.view import AxisView, RunView, SensorView
 

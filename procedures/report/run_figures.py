@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ams.calibration_result import Replication
+from ams.rounding import two_digits
 from ams.units import ARCSEC_PER_DEG
-from procedures.numbers import as_drawn, two_digits
+from procedures.numbers import as_drawn
 from procedures.report.canvas import (
     FAINT,
     GRID,

@@ -17,12 +17,12 @@ from ams.findings import Finding
 from ams.frames import wrap_deg
 from ams.gravity import Gravity
 from ams.observations import Observations
+from ams.rounding import two_digits
 from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
 from procedures.journal.audit_trail import Interruption, Note
 from procedures.kinds.section import SensorPage
-from procedures.numbers import two_digits
 from procedures.plan.order import attitudes_in_words
 from procedures.solution.budget_view import BudgetView
 

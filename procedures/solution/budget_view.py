@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from ams.analysis.calibration_budget import AxisBudget
 from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.parameter_words import words_of
+from ams.rounding import two_digits
 from ams.statistics.budget import NEGLIGIBLE
 from ams.units import small_unit
-from procedures.numbers import degrees_of_freedom, two_digits
+from procedures.numbers import degrees_of_freedom
 
 COMBINED = "combined"
 FORMS = (

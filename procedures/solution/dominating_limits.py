@@ -6,7 +6,7 @@ from typing import Final
 from ams.analysis.calibration_budget import AxisBudget, BudgetLine
 from ams.calibration_result import AxisCalibration
 from ams.inputs.shared_errors import NONLINEARITY, SHIFTS
-from procedures.numbers import two_digits
+from ams.rounding import two_digits
 
 LARGEST_SHARE: Final = 0.99
 """Of the variance: everything else together is a tenth of the limit."""

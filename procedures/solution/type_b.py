@@ -14,8 +14,8 @@ from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, SharedError
 from ams.inputs.table_uncertainty import IndexErrors, KnownErrors, TableUncertainty, known_errors
+from ams.rounding import two_digits
 from ams.units import ARCSEC_PER_DEG
-from procedures.numbers import two_digits
 from procedures.solution.crosstalk import crosstalk_errors
 from procedures.solution.earth_turn import earth_errors
 from procedures.solution.level_of_base import level_errors

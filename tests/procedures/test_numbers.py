@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ams.rounding import with_uncertainty
-from procedures.numbers import angle, arcsec, degrees_of_freedom, duration, p_value, three_digits, two_digits
+from ams.rounding import two_digits, with_uncertainty
+from procedures.numbers import angle, arcsec, degrees_of_freedom, duration, p_value, three_digits
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from math import isfinite
 import numpy as np
 
 from ams.findings import Said
-from ams.rounding import two_digits, with_uncertainty
+from ams.rounding import significant, with_uncertainty
 from ams.units import ARCSEC_PER_DEG, printed
 
 
@@ -20,8 +20,8 @@ class Scale:
 
     def words(self, size: float) -> str:
         if self.volts_per_radian is None or abs(size) > self.volts_per_radian:
-            return f"{two_digits(size)} {printed(self.unit)}"
-        return f"{two_digits(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
+            return f"{significant(size)} {printed(self.unit)}"
+        return f"{significant(np.rad2deg(size / self.volts_per_radian) * ARCSEC_PER_DEG)}″"
 
     def within(self, size: float, expanded: float) -> str:
         """Return an output with its expanded uncertainty."""
@@ -64,5 +64,5 @@ class AxisWords:
 def within(value: float, expanded: float) -> str:
     """Return a value to the last of the two digits of its ±, which a rounder value would lie outside of."""
     if not (isfinite(value) and isfinite(expanded)) or expanded <= 0.0:
-        return f"{two_digits(value)} ± {two_digits(expanded)}"
+        return f"{significant(value)} ± {significant(expanded)}"
     return " ± ".join(with_uncertainty(value, expanded)).replace("-", "−")

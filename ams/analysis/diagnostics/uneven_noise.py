@@ -16,7 +16,7 @@ from ams.analysis.diagnostics.beliefs import UNEVEN, BeliefTest
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import BoolArray, FloatArray
 from ams.findings import Said
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.solve.layout import Layout
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 
@@ -151,7 +151,7 @@ def uneven_words(test: BeliefTest) -> Said:
             "run measured; each replication counts alike, and the stated uncertainties hold it"
         )
     which, is_single = " and ".join(test.replications), len(test.replications) == 1
-    times = two_digits(test.size)
+    times = significant(test.size)
     scatter = f"replication {which} scatters {times}" if is_single else f"replications {which} scatter up to {times}"
     return Said(
         f"{scatter} times as much as the others: the noise was larger then; each replication counts alike, and the "

@@ -7,7 +7,7 @@ from ams.analysis.replication import quantity
 from ams.arrays import FloatArray
 from ams.calibration.solving.columns import SolvedColumns
 from ams.frames import wrap_deg
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.units import in_words, label_and_unit
 
 
@@ -38,5 +38,5 @@ def _move(name: str, span: float, mean: float, scale: Scale) -> str:
     if name == "offset_v":
         return scale.words(span)
     if name.startswith("sensitivity_v") and mean != 0.0:
-        return f"{two_digits(1e6 * span / abs(mean))} ppm"
+        return f"{significant(1e6 * span / abs(mean))} ppm"
     return in_words(span, label_and_unit(name)[1], 3 if name.endswith("_deg") else 2)

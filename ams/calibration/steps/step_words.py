@@ -10,7 +10,7 @@ from ams.analysis.diagnostics.take_back import ways_back_of
 from ams.arrays import BoolArray
 from ams.findings import Finding, Said
 from ams.observations import Observations
-from ams.rounding import significant, two_digits
+from ams.rounding import significant
 from ams.units import signed
 
 OFFSET_LIMIT: Final = "largest_offset_shift_v"
@@ -97,7 +97,7 @@ def with_size(finding: Finding, step: Step, unit: str) -> Finding:
         factor, name = 1e6, "ppm"
     else:
         factor, name = (1e6, "µV") if unit == "v" else (1.0, unit)
-    size = f"by {signed(factor * step.size, 3)} ± {two_digits(2.0 * factor * step.standard_uncertainty)} {name}"
+    size = f"by {signed(factor * step.size, 3)} ± {significant(2.0 * factor * step.standard_uncertainty)} {name}"
     limit = f"the declared {step.key} of {significant(factor * step.limit, 4)} {name}"
     if step.is_within:
         return as_held(finding, f"{size}, within {limit}")

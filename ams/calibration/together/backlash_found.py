@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.inputs.table_uncertainty import TableUncertainty
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.statistics.intervals import t_quantile
 from ams.units import in_arcsec
 
@@ -127,7 +127,7 @@ def backlash_finding(play: Play, table: TableUncertainty | None) -> Finding:
 def _held_words(limit_rad: float | None, *, is_held: bool) -> str:
     if limit_rad is None:
         return _UNHELD
-    declared = f"the ±{two_digits(in_arcsec(limit_rad))}″ that are declared of its index errors"
+    declared = f"the ±{significant(in_arcsec(limit_rad))}″ that are declared of its index errors"
     return (
         f"half of it is within {declared}, and in the stated uncertainties"
         if is_held

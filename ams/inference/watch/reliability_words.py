@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from ams.inference.watch.reliability import AngleChange, Unseen, UnseenError
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.units import ARCSEC_PER_DEG
 
 _LARGEST_ARCSEC = 1000.0
@@ -24,7 +24,7 @@ def unseen_in_words(unseen: Unseen) -> str:
         )
     most = max((change.change_deg for output in unseen.outputs for change in output.changes), default=0.0)
     return (
-        f"{head}: an error of one output that {missed} turns no angle by more than {two_digits(most)}°, which is "
+        f"{head}: an error of one output that {missed} turns no angle by more than {significant(most)}°, which is "
         "within what is stated of it (k = 2)"
     )
 
@@ -59,8 +59,8 @@ def _by_dead(outputs: Iterable[UnseenError]) -> list[str]:
 
 def _turned(changes: Iterable[AngleChange]) -> str:
     return " and ".join(
-        f"{change.angle} off by up to {two_digits(change.change_deg)}° "
-        f"(stated ±{two_digits(change.expanded_uncertainty_deg)}°, k = 2)"
+        f"{change.angle} off by up to {significant(change.change_deg)}° "
+        f"(stated ±{significant(change.expanded_uncertainty_deg)}°, k = 2)"
         for change in changes
     )
 
@@ -72,8 +72,8 @@ def _percent(share: float) -> str:
 def _size(output: UnseenError) -> str:
     assert output.found_arcsec is not None
     if output.found_arcsec < _LARGEST_ARCSEC:
-        return f"{two_digits(output.found_arcsec)}″"
-    return f"{two_digits(output.found_arcsec / ARCSEC_PER_DEG)}°"
+        return f"{significant(output.found_arcsec)}″"
+    return f"{significant(output.found_arcsec / ARCSEC_PER_DEG)}°"
 
 
 def _axis(output: UnseenError) -> str:

@@ -1,6 +1,5 @@
 """Coefficients for a person: the parameters of a document (a set, a fit or a solved run) as lines of text."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any, Final
@@ -8,6 +7,7 @@ from typing import Any, Final
 from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT
 from ams.exports.statement import kind_of_warning
 from ams.parameter_words import words_of
+from ams.rounding import two_digits, with_uncertainty
 from ams.sets.stated_verdict import verdict_in_words
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
@@ -68,6 +68,7 @@ def axes_lines(axes: Mapping[str, Any], known_remarks: Sequence[str] = ()) -> It
     yield from _key(axes)
 
 
+_SMALLEST_PLAIN: Final = 1e-4
 _FIVE_PERCENT: Final = 0.05
 """Above it a test says nothing by itself; a T beyond its limit is then what is known of table, meter and level."""
 
@@ -89,7 +90,7 @@ def _parameter_lines(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[st
     """Yield ``offset  +0.0050012 V  u 1.1e-06  TP 9.0e-07`` of each, in columns; one that is not determined says so."""
     words = {name: words_of(name) for name in parameters}
     values = {
-        name: with_uncertainty(estimate["value"], estimate["standard_uncertainty"])
+        name: _signed(with_uncertainty(estimate["value"], estimate["standard_uncertainty"])[0])
         for name, estimate in parameters.items()
         if estimate["value"] is not None
     }
@@ -103,10 +104,19 @@ def _parameter_lines(parameters: Mapping[str, Mapping[str, Any]]) -> Iterator[st
             continue
         stated = [f"{label}  {values[name]:>{value_width}} {words[name].unit:<{unit_width}}"]
         if estimate["standard_uncertainty"]:
-            stated.append(f"u {estimate['standard_uncertainty']:<7.2g}")
+            stated.append(f"u {_two_digits(estimate['standard_uncertainty']):<7}")
         if estimate.get("tp_standard_uncertainty"):
-            stated.append(f"TP {estimate['tp_standard_uncertainty']:.2g}")
+            stated.append(f"TP {_two_digits(estimate['tp_standard_uncertainty'])}")
         yield "  ".join(stated).rstrip()
+
+
+def _signed(text: str) -> str:
+    return text if text.startswith("-") else f"+{text}"
+
+
+def _two_digits(uncertainty: float) -> str:
+    """Return an uncertainty for a narrow column: with an exponent where leading zeros would fill it."""
+    return f"{uncertainty:.1e}" if uncertainty < _SMALLEST_PLAIN else two_digits(uncertainty)
 
 
 def _key(axes: Mapping[str, Any]) -> Iterator[str]:
@@ -127,14 +137,6 @@ def replication_line(replication: Mapping[str, Any], findings: Sequence[Mapping[
         for name, test in replication["drift"].items()
     )
     return f"{replication['n']} replications of {replication['points']} points: {fit}; drift: {drift}"
-
-
-def with_uncertainty(value: float, uncertainty: float | None) -> str:
-    """Return the value rounded to two digits of its uncertainty."""
-    if uncertainty is None or not uncertainty > 0.0:
-        return f"{value:+.9g}"
-    digits = max(0, 1 - math.floor(math.log10(uncertainty)))
-    return f"{value:+.{min(digits, 15)}f}"
 
 
 def _test(name: str, test: Mapping[str, Any] | None, judged: Mapping[str, Any] | None) -> str:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from faulty_rig import FaultyRig
+from resumed import resume_on
 from small_run import Bench, StopAt, bench
 from unattended_run import events
 
@@ -13,7 +14,6 @@ from procedures.errors import RequestError
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view
 from procedures.run.handover import handover
-from resumed import resume_on
 from procedures.run.resume import resume
 from rig.assembly.open_rig import open_rig
 

@@ -22,7 +22,7 @@ from ams.findings import DECLARED_SIZE, Finding, leaves_nothing
 from ams.frames import AXES
 from ams.inputs.declared_direction import GAIN_RANGE, DeclaredDirection
 from ams.models.model import Model
-from ams.rounding import significant, two_digits
+from ams.rounding import significant
 
 KIND: Final = "axis-contradicted"
 _FAR: Final = 5.0
@@ -88,8 +88,9 @@ def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) 
         return None
     beside = "" if is_rounding else f" (declared are {declared.v_per_g:g} V/g; what it shows is picked up from others)"
     fact = (
-        f"it does not respond: of its output, {two_digits(level)} V, {two_digits(size)} V change with what was visited"
-        f"{beside}: the channel is dead, or not connected; the result is not usable and there is no coefficient set"
+        f"it does not respond: of its output, {significant(level)} V, {significant(size)} V change with what was "
+        f"visited{beside}: the channel is dead, or not connected; the result is not usable and there is no "
+        "coefficient set"
     )
     what_to_do = "look at sensor, wiring and the channel of the meter, and measure again, or leave this axis out"
     details: dict[str, float | str | None] = {"sensitivity": size}

@@ -22,7 +22,7 @@ from ams.frames import AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.models.model import Model
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 from ams.units import ARCSEC_PER_DEG, printed
@@ -319,6 +319,6 @@ def _either(ways: Sequence[str]) -> str:
 def sized(size_v: float, length: float, model: Model) -> str:
     """Return what is left of an output of a sensitivity in words: as an angle of an accelerometer."""
     if "k_x_v_per_g" not in model.primary_names:
-        return f"{two_digits(size_v)} {printed(model.measured_unit)}"
+        return f"{significant(size_v)} {printed(model.measured_unit)}"
     away_deg = float(np.rad2deg(size_v / length))
-    return f"{two_digits(away_deg)}°" if away_deg >= 1.0 else f"{two_digits(away_deg * ARCSEC_PER_DEG)}″"
+    return f"{significant(away_deg)}°" if away_deg >= 1.0 else f"{significant(away_deg * ARCSEC_PER_DEG)}″"

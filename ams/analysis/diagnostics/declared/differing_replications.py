@@ -19,7 +19,7 @@ from ams.analysis.diagnostics.size_words import within
 from ams.analysis.diagnostics.take_back import redo_command
 from ams.arrays import FloatArray, IntArray
 from ams.findings import Finding
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.statistics.distributions import f_tail, median
 
 DIFFERING: Final = "replication against the others"
@@ -137,7 +137,7 @@ def _finding(evidence: Evidence, quantity: _Quantity, differing: list[int]) -> F
     rows, labels = evidence.rows, evidence.layout.replication_labels
     is_named = len(labels) > 2 and 2 * len(differing) < len(labels)
     first = differing[0]
-    limit = f"{two_digits(quantity.factor * quantity.limit)} {quantity.unit}"
+    limit = f"{significant(quantity.factor * quantity.limit)} {quantity.unit}"
     beyond = (
         f"that is more than {limit}, which is no scatter between replications, and the stated uncertainties do not "
         "hold it: the result is not usable as it is"
@@ -148,7 +148,7 @@ def _finding(evidence: Evidence, quantity: _Quantity, differing: list[int]) -> F
         again = ", ".join(redo_command(labels[index], rows.run) for index in differing)
     else:
         pair = len(labels) == 2
-        span = two_digits(quantity.factor * float(np.ptp(quantity.sizes)))
+        span = significant(quantity.factor * float(np.ptp(quantity.sizes)))
         size = quantity.words(first, is_signed=False) if pair else f"{span} {quantity.unit} (largest less smallest)"
         which = f"replications {' and '.join(map(str, labels))}" if pair else "the replications"
         why = "of two replications nothing tells" if pair else "no more than half of them agree, and nothing tells"

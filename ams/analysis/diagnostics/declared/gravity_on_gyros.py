@@ -19,7 +19,7 @@ from ams.findings import Finding
 from ams.frames import from_level_axes
 from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 
 GRAVITY: Final = "gravity on the zero"
 _ALIKE_G: Final = 1e-3
@@ -83,13 +83,13 @@ def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: fl
     beyond = (
         "and no limit of it is declared"
         if limit_dps_per_g is None
-        else f"beyond the declared {two_digits(limit_dps_per_g)} °/s per g"
+        else f"beyond the declared {significant(limit_dps_per_g)} °/s per g"
     )
     earth = "" if found.counts_earth else "; the Earth's rotation, 0.0042 °/s at most, looks alike where rates lack it"
     fact = (
-        f"the zero follows the attitude to gravity: {two_digits(found.size_dps_per_g)} °/s per g, {beyond}; the offset "
-        "holds for the mean force of the calibration only and the stated uncertainties do not hold what it changes by "
-        f"elsewhere{earth}"
+        f"the zero follows the attitude to gravity: {significant(found.size_dps_per_g)} °/s per g, {beyond}; the "
+        "offset holds for the mean force of the calibration only and the stated uncertainties do not hold what it "
+        f"changes by elsewhere{earth}"
     )
     what_to_do = "declare the limit that the gyro has (largest_g_sensitivity_dps_per_g of the sensor, or of calrig fit)"
     details: dict[str, float | str | None] = {"test": GRAVITY, "size": found.size_dps_per_g, "unit": "dps per g"}

@@ -10,7 +10,7 @@ from ams.analysis.diagnostics.size_words import AxisWords, Scale
 from ams.analysis.diagnostics.stated_limits import MOST_MOVED
 from ams.analysis.diagnostics.uneven_noise import uneven_words
 from ams.findings import Said
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.units import ARCSEC_PER_DEG
 
 
@@ -48,8 +48,8 @@ def robust_size(test: BeliefTest, scale: Scale) -> str:
 
 def _squareness(test: BeliefTest, _: AxisWords) -> Said:
     return Said(
-        f"the axes of the table are not at right angles: {two_digits(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "
-        f"{two_digits(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high pitch; "
+        f"the axes of the table are not at right angles: {significant(np.rad2deg(abs(test.size)) * ARCSEC_PER_DEG)}″ ± "
+        f"{significant(np.rad2deg(2.0 * test.uncertainty) * ARCSEC_PER_DEG)}″, which this output sees at high pitch; "
         "predictions hold part of it",
         "have the table looked at, or solve package and table together ([solve] joint = true with a prior of "
         "squareness)",

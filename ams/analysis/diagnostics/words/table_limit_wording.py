@@ -7,7 +7,7 @@ import numpy as np
 from ams.analysis.diagnostics.beliefs import BeliefTest
 from ams.analysis.diagnostics.table_curves import TableLimit
 from ams.findings import Finding, Said
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.units import ARCSEC_PER_DEG
 
 
@@ -41,9 +41,9 @@ def _within_the_table(limit: TableLimit) -> str:
 def _beyond_the_table(sizes: Mapping[str, float], limits: Mapping[str, float], limit: TableLimit) -> Said:
     beyond = [axis for axis, size in sizes.items() if size > limits[axis]]
     shown = " and ".join(
-        f"{axis} by {two_digits(sizes[axis])}″ (declared ±{two_digits(limits[axis])}″)" for axis in beyond
+        f"{axis} by {significant(sizes[axis])}″ (declared ±{significant(limits[axis])}″)" for axis in beyond
     )
-    declared = " and ".join(f"±{two_digits(size)}″ in {axis}" for axis, size in limits.items())
+    declared = " and ".join(f"±{significant(size)}″ in {axis}" for axis, size in limits.items())
     index_errors = f"its index errors in {shown}, as far as the attitudes show them"
     chance = f"{limit.p_value:.2g}".replace("-", "−")
     compared = f"no index errors within the declared {declared} explain the points as larger ones do (p = {chance})"

@@ -14,7 +14,7 @@ from ams.analysis.diagnostics.wrong_dwells import WrongDwells
 from ams.findings import Finding
 from ams.inputs.known_of_run import DwellLabels
 from ams.observations import Observations
-from ams.rounding import two_digits
+from ams.rounding import significant
 
 MOST_LISTED: Final = 5
 """Wrong dwells that a sentence names; all stand in ``steps``."""
@@ -43,7 +43,7 @@ def wrong_dwell_finding(
     turns = [alike.get((int(observations.replication[row]), int(observations.point[row])), "") for row in rows]
     dwells = [
         f"{dwell_words(observations, row)} is off by {scale.words(size)}"
-        f" ({two_digits(abs(deviations))} standard deviations of a dwell"
+        f" ({significant(abs(deviations))} standard deviations of a dwell"
         f"{f'; a table that stood off by {turn} would look the same here' if turn else ''})"
         for row, size, deviations, turn in zip(rows, found.sizes, found.deviations, turns, strict=True)
     ]

@@ -39,7 +39,7 @@ def test_a_coefficient_stands_in_one_line_with_both_uncertainties() -> None:
             "warnings": [], "remarks": []}  # fmt: skip
     said = list(axes_lines({"x": axis}))
     assert re.fullmatch(r"  offset +-0\.0029994 V +u 2\.1e-06 +TP 6\.1e-07", said[2])
-    assert re.fullmatch(r"  sensitivity +\+2\.5000019 V/g +u 7\.1e-06 +TP 1e-06", said[3])
+    assert re.fullmatch(r"  sensitivity +\+2\.5000019 V/g +u 7\.1e-06 +TP 1\.0e-06", said[3])
     assert re.fullmatch(r"  azimuth +not determined", said[4])
     assert "u: standard uncertainty; TP:" in said[-1]
     assert max(map(len, said)) <= 80
