@@ -102,13 +102,17 @@ def _channel_rows(dwell: DwellRecord, owners: Mapping[str, Sequence[Owner]]) -> 
 
 
 def _rig_rows(dwell: DwellRecord) -> Iterator[list[Any]]:
-    """Return what no column of the dwells holds: rates as measured, fields, temperatures where there are several."""
+    """Return what no column of the dwells holds: rates as measured, fields, where axes stood by their own
+    read-back when a reference told the attitude, temperatures where there are several.
+    """
     if len(dwell.temperature_degc) > 1:
         for name, degc in dwell.temperature_degc.items():
             yield ["", "", f"environment.{name}", "degc", degc, np.nan, 0]
     if dwell.motion is not None:
         for axis, rate_dps in dwell.motion.rates_dps.items():
             yield ["", axis, f"axes.{axis}", "dps", rate_dps, np.nan, 0]
+        for axis, commanded_deg in dwell.motion.commanded_deg.items():
+            yield ["", axis, f"commanded.{axis}", "deg", commanded_deg, np.nan, 0]
         for coil, field_ut in dwell.motion.field_ut.items():
             yield ["", "", f"field.{coil}", "ut", field_ut, np.nan, 0]
 

@@ -70,7 +70,6 @@ class Live:
     waiting_for: str = ""
     pending_request: str = ""
     """What people asked for and have not got yet, and who: a pause waits for the end of a dwell or a soak."""
-    next_look_utc: datetime | None = None
     written_utc: datetime | None = None
     format: str = FORMAT
 
@@ -103,7 +102,6 @@ class LiveFile:
                 usual_s=None,
                 seldom_over_s=None,
                 waiting_for="",
-                next_look_utc=None,
             )
         self._live = replace(self._live, **known)
         self._is_new = True

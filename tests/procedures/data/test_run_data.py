@@ -100,6 +100,8 @@ def test_every_number_is_the_journals_own(case: StoredCase, tmp_path: Path) -> N
             )
         rates_dps = record.get("motion", {}).get("rates_dps", {})
         assert {axis: readings.loc[f"axes.{axis}", "mean"] for axis in rates_dps} == rates_dps
+        commanded_deg = record.get("motion", {}).get("commanded_deg", {})
+        assert {axis: readings.loc[f"commanded.{axis}", "mean"] for axis in commanded_deg} == commanded_deg
         if not any(rates_dps.values()):
             known = {axis: row[f"{axis}_deg"] for axis in record["measured_deg"]}
             assert known == record["measured_deg"]
