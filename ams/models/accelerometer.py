@@ -8,7 +8,7 @@ nominal axis i has u = cos Ω e(i) + sin Ω (cos A e(i+1) + sin A e(i+2)), indic
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, replace
 from math import atan2, degrees, hypot, nan, sqrt
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from ams.frames import AXES, Attitude, specific_force, specific_force_by_pitch, 
 from ams.models.model import LinearModel, Stimulus
 from ams.models.sensor_model import ACCELEROMETER_TEXT, SYMBOLS_TEXT, Equation, SensorModel, SetForm
 
+LINEAR_COLUMNS: Final = 4
+"""Of a linear sensor, the first of every basis: offset and three sensitivities."""
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _OBSERVABLE_CONING_U = 4.0
 """Standard uncertainties of the vector across the axis, as estimated. From a true coning angle of five on, what is then

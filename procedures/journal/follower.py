@@ -22,15 +22,13 @@ from procedures.journal.owner import is_owned
 from procedures.journal.standing import RunStatus, derived_state, end_at_the_latest, end_at_this_pace
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.journal.taken_away import require_not_taken_away
+from procedures.journal.time_stamps import SETTLED_NS
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in
 from procedures.plan.plan import Expectation
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.states import GOING, STANDING_STILL, State
 from rig.clock import Clock, SystemClock
-
-_SETTLED_NS = 200_000_000
-"""A count changed more recently than this is looked at again: two commits may share one time stamp."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +149,7 @@ class Follower:
         if now_ns == self._rung_ns:
             return False
         age_ns = self._clock.now_utc().timestamp() * 1e9 - now_ns
-        self._rung_ns = now_ns if age_ns > _SETTLED_NS else -1
+        self._rung_ns = now_ns if age_ns > SETTLED_NS else -1
         return True
 
     def _followed(self, reader: JournalReader) -> list[FollowedDwell]:

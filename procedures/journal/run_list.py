@@ -19,11 +19,9 @@ from procedures.journal.owner import is_owned
 from procedures.journal.standing import derived_state
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.journal.taken_away import is_taken_away, require_not_taken_away
+from procedures.journal.time_stamps import SETTLED_NS
 from procedures.records.states import State
 from rig.clock import Clock, SystemClock
-
-_SETTLED_NS = 200_000_000
-"""A journal changed more recently than this is read again: two commits may share one time stamp."""
 
 Fingerprint = tuple[tuple[int, int, int] | None, ...]
 """Inode, time of change in ns and size of each file that a commit writes to; None for one that is not there."""
@@ -150,7 +148,7 @@ class RunList:
 
     def _is_settled(self, seen: _Seen) -> bool:
         now_ns = self._clock.now_utc().timestamp() * 1e9
-        return all(stamp is None or now_ns - stamp[1] > _SETTLED_NS for stamp in seen.fingerprint)
+        return all(stamp is None or now_ns - stamp[1] > SETTLED_NS for stamp in seen.fingerprint)
 
 
 def _may_hold_a_run(path: Path) -> bool:

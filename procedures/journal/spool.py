@@ -23,6 +23,7 @@ from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import RequestError, StorageFailed
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.owner import is_owned
+from procedures.journal.time_stamps import SETTLED_NS
 from procedures.records.states import ACTIVE
 from rig.clock import Clock, SystemClock
 from rig.plain_text import PARAGRAPHS, hidden_complaint
@@ -33,8 +34,6 @@ AS_THEY_COME: tuple[Kind, ...] = ("stop", "abort", "note")
 FOLDER = "requests"
 _SUFFIX = ".json"
 _MAX_BYTES = 65_536
-_SETTLED_NS = 200_000_000
-"""A folder changed more recently than this is read again: two changes may share one time stamp."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +117,7 @@ class Spool:
             return []
         names = sorted(name for name in os.listdir(self.folder) if name.endswith(_SUFFIX))
         age_ns = self._clock.now_utc().timestamp() * 1e9 - changed_ns
-        self._seen_ns = changed_ns if age_ns > _SETTLED_NS and not names else -1
+        self._seen_ns = changed_ns if age_ns > SETTLED_NS and not names else -1
         return [self._read(name) for name in names]
 
     def remove(self, taken: Taken) -> None:

@@ -3,12 +3,11 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+from rig.abilities.read_back import LONGEST_ERROR_LIST, READ_BACK_TOLERANCE
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, LinkClosed, LinkLost
 from rig.link.messages import MessageLine
 from rig.wire import scpi
 
-READ_BACK_TOLERANCE = 1e-3
-LONGEST_ERROR_LIST = 40
 NOT_TAKEN = "no reading is taken; compare the rig file with what the unit offers"
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rig.abilities.abilities import Wait
+from rig.abilities.read_back import LONGEST_ERROR_LIST, READ_BACK_TOLERANCE
 from rig.abilities.waiting import wait_until
 from rig.clock import Clock
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
@@ -29,10 +30,8 @@ POLL_ABOVE_S = 1.0
 DATA_LIMIT_S = 3.0
 """How much later than expected a reading may come."""
 READY_LIMIT_S = 10.0
-READ_BACK_TOLERANCE = 1e-3
 AUTOCALIBRATION_S, AUTOCALIBRATION_LIMIT_S = 150.0, 150.0
 """ACAL DCV takes 165 s by the manual: first look, and how much later it may end."""
-LONGEST_ERROR_LIST = 40
 
 CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;FIXEDZ OFF;TRIG AUTO;TARM HOLD"
 """FIXEDZ OFF is more than 10 gigohm up to 10 V.

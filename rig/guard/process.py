@@ -29,6 +29,7 @@ from typing import Any
 if not __package__:  # started as a file, without the folders of this environment
     sys.path[:0] = [str(Path(__file__).parents[2])]
 
+from rig.abilities.longest_reading import LONGEST_READING_S
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
 from rig.guard.line import LINE_S, QUIET_LIMIT_S, Line
@@ -40,8 +41,6 @@ from rig.threads import BegunThread, at_once
 assert sys.platform != "win32", "Windows hands no open descriptors to another process"
 CLOCK = SystemClock()
 LOOK_S, IDLE_S = 0.05, 0.5
-HUNG_S = 120.0
-"""Without a look at a moving axis: the longest reading of a channel between two looks is shorter."""
 MOST_PER_LOOK_S = 0.25
 """Of a silence, between two looks of ours: when this process got no processor either it could hear nothing."""
 SUSPENDED_S = 1.0
@@ -71,7 +70,7 @@ class Guard:
         self.ways: dict[str, list[int]] = {}
         """From where to where the last order moves a servo, by axis, in quarter-microseconds."""
         self.record: str = start["record"]
-        self.silence_s = HUNG_S  # as the engine says it
+        self.silence_s = LONGEST_READING_S  # as the engine says it
         self.has_lines = True
         """False while the engine opens them anew: as long as that takes nobody can look at what moves."""
         self.silent_s = 0.0
@@ -191,8 +190,8 @@ class Guard:
             return "the engine was frozen (SIGSTOP)"
         if self.silent_s > self.silence_s and not select.select([self.channel], [], [], 0.0)[0]:
             return f"the engine gave no sign of life for {self.silence_s:g} s"
-        if self.has_lines and now_s - self.looked_s > HUNG_S:
-            return f"the engine did not look at what moves for {HUNG_S:g} s"
+        if self.has_lines and now_s - self.looked_s > LONGEST_READING_S:
+            return f"the engine did not look at what moves for {LONGEST_READING_S:g} s"
         return ""
 
     def stop_axes(self, axes: list[str] | None = None) -> dict[str, str]:

@@ -7,10 +7,9 @@ slice of a wait: a few of them missed say that it hangs.
 
 from collections.abc import Iterable
 
+from rig.abilities.longest_reading import LONGEST_READING_S
 from rig.motion.expectation import Task, Turning
 
-MOVING_S = 120.0
-"""The longest reading of a channel between two looks is shorter."""
 TURNING_S, SHORTEST_S = 5.0, 3.0
 """While an axis turns; and where its cables would be at their end sooner. At a load of 19 on two processors the longest
 gap between two signs of life was 0.26 s."""
@@ -20,7 +19,7 @@ PART_OF_WRAP = 0.25
 
 def silence_s(tasks: Iterable[tuple[Task, float | None]]) -> float:
     """Return the allowed silence of a rig whose axes were told this; with each, what its cables bear, revolutions."""
-    allowed_s = MOVING_S
+    allowed_s = LONGEST_READING_S
     for task, wrap_turns in tasks:
         if isinstance(task, Turning):
             allowed_s = min(allowed_s, TURNING_S)

@@ -9,10 +9,11 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, EvenDrift, confounding, row_time
 from ams.arrays import FloatArray
 from ams.findings import Finding
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
-from ams.rounding import significant, two_digits
+from ams.rounding import significant
 from ams.sets.verdict_conditions import NO_TIMES
 from ams.statistics.intervals import t_factor
 from ams.units import label_and_unit, signed_in_words
@@ -23,8 +24,6 @@ dead channels of two replications one in ten is told from zero by it, and three 
 """
 _EXPANDED = 2.0
 """Standard uncertainties of an expanded one: what is declared of an offset has no degrees of freedom."""
-_LINEAR = 4
-"""Columns of a linear sensor: offset and three sensitivities."""
 _MOST_NAMED = 3
 """Parameters in a sentence."""
 _ORDER_OF_ROWS, _NO_ORDER = "order of the rows with attitude", "order of the rows"
@@ -63,7 +62,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
     size = f"{significant(k, 3)} {unit}"
     fact = (
         f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
-        f"standard uncertainty of {two_digits(u)} {unit}: what was visited does not change what this axis senses, or "
+        f"standard uncertainty of {significant(u)} {unit}: what was visited does not change what this axis senses, or "
         "the channel is dead or its input open; the result is not usable and there is no coefficient set"
     )
     yield Finding(
@@ -87,7 +86,7 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
     if not change_v <= _EXPANDED * u:
         return
     fact = (
-        f"the offset has a standard uncertainty of {two_digits(u)} V where the output changes by "
+        f"the offset has a standard uncertainty of {significant(u)} V where the output changes by "
         f"{significant(change_v, 3)} V from 0 to 1 g: no angle is told by this axis; the result is not usable and "
         "there is no coefficient set"
     )
@@ -106,7 +105,7 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     if evidence.rows.time_s is None:
         yield from _rows_confounded(evidence)
         return
-    r = confounding(evidence, _LINEAR, evidence.rows.time_s)
+    r = confounding(evidence, LINEAR_COLUMNS, evidence.rows.time_s)
     if r is None:
         return
     what, has_drift = stimulus_of(evidence.models[0]), DRIFT_NAME in evidence.models[0].primary_names
@@ -144,7 +143,7 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
         what_to_do = "give the column time_s, or the rows in the order in which they were measured"
         yield Finding("time-confounded", fact, False, None, details={"test": _NO_ORDER}, what_to_do=what_to_do)
         return
-    r = confounding(evidence, _LINEAR, passed)
+    r = confounding(evidence, LINEAR_COLUMNS, passed)
     if r is None or not r > LARGEST_CORRELATION or DRIFT_NAME in evidence.models[0].primary_names:
         return
     fact = (
@@ -194,7 +193,7 @@ def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times:
         return
     beyond = [int(index) for index in np.argsort(-share)[:_MOST_NAMED] if share[index] > 1.0]
     shown = ", ".join(
-        f"{quantity} by {signed_in_words(float(moved.by[index]), words)} ({two_digits(float(share[index]))} of its "
+        f"{quantity} by {signed_in_words(float(moved.by[index]), words)} ({significant(float(share[index]))} of its "
         "standard uncertainties)"
         for index in beyond
         for quantity, words in (label_and_unit(moved.names[index]),)
@@ -221,7 +220,7 @@ def temperature_confounded(evidence: Evidence) -> Iterator[Finding]:
     """Yield a finding where the recorded temperature, which is not modelled, goes with the attitude."""
     if TEMPERATURE_NAMES[0] in evidence.models[0].primary_names:
         return
-    r = confounding(evidence, _LINEAR, evidence.rows.temperature_degc)
+    r = confounding(evidence, LINEAR_COLUMNS, evidence.rows.temperature_degc)
     if r is None or not r > LARGEST_CORRELATION:
         return
     what = stimulus_of(evidence.models[0])

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,10 +12,9 @@ from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import even_course
 from ams.arrays import BoolArray, FloatArray
 from ams.inputs.known_of_run import GAIN, OFFSET, ProvedChange, is_among
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.surveillance.turns import BASE, PITCH, YAW, force_changes
 
-LINEAR: Final = 4
-"""Offset and three sensitivities."""
 Drifting = Literal["offset", "sensitivity"]
 """What of an output goes evenly through the run."""
 
@@ -35,7 +34,7 @@ def step_columns(evidence: Evidence, output: int, during: Sequence[Changed]) -> 
     in these, and of the table's pitch and yaw axes and base, which turn the package by its roll; of what is proved its
     own.
     """
-    linear, base = evidence.basis[evidence.layout.point, :LINEAR], accelerometer_base(evidence.models[output])
+    linear, base = evidence.basis[evidence.layout.point, :LINEAR_COLUMNS], accelerometer_base(evidence.models[output])
     known = {GAIN: evidence.sensed[:, output], OFFSET: np.ones(evidence.rows.rows)}
     if base is not None:
         rows, k = evidence.rows, along_force(base, evidence.primary[output])

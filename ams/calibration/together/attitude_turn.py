@@ -32,6 +32,7 @@ from ams.calibration.together.attitude_turn_found import (
 from ams.calibration.together.errors_of_table import directions_of, errors_of_table
 from ams.calibration.together.shown_outputs import LEAST_DOF, MAY_SHOW, OutputSeen, attitude_where_read, rolled_base
 from ams.frames import AXES
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.extended import ExtendedPitchRoll
 from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
@@ -40,8 +41,6 @@ _FEWEST: Final = 2
 """Outputs."""
 _OTHERS_SHOW: Final = 0.01
 """Chance of as much without the output that shows it most."""
-_LINEAR: Final = 4
-"""Columns of the linear sensor."""
 _SEEN: Final = 0.02
 """Of the square of a column, summed over the outputs: of which less is left beside the table, is an error of that."""
 _SIGMAS: Final = 3.0
@@ -282,8 +281,9 @@ def _shown(evidence: Evidence, output: int) -> _Shown | None:
     dof = float(evidence.layout.points - design.q.shape[1] - design.every.shape[1])
     if dof < LEAST_DOF:
         return None
-    k = evidence.primary[output][1:_LINEAR]
-    fitted = evidence.basis[:, _LINEAR : _LINEAR + count] @ evidence.alone[_LINEAR : _LINEAR + count, output]
+    k = evidence.primary[output][1:LINEAR_COLUMNS]
+    columns = slice(LINEAR_COLUMNS, LINEAR_COLUMNS + count)
+    fitted = evidence.basis[:, columns] @ evidence.alone[columns, output]
     means = (evidence.point_effects[:, output] + fitted) / np.linalg.norm(k)
     left = means - design.q @ (design.q.T @ means)
     by_terms = design.every.T @ left
@@ -303,13 +303,13 @@ def _count_of_terms(base: Accelerometer) -> int:
 def _design(
     pitch_rad: FloatArray, roll_rad: FloatArray, basis: FloatArray, terms: FloatArray, in_order: FloatArray, count: int
 ) -> _Design:
-    linear = np.delete(basis, np.s_[_LINEAR : _LINEAR + count], axis=1)
+    linear = np.delete(basis, np.s_[LINEAR_COLUMNS : LINEAR_COLUMNS + count], axis=1)
     q = spanned(np.hstack([linear, in_order]))
     whole = np.concatenate(
         [turned_with_attitude(pitch_rad, roll_rad), errors_of_table(pitch_rad, roll_rad, None)], axis=2
     )
     flat = whole.reshape(pitch_rad.size, -1)
-    every = np.hstack([basis[:, _LINEAR : _LINEAR + count], terms])
+    every = np.hstack([basis[:, LINEAR_COLUMNS : LINEAR_COLUMNS + count], terms])
     left = terms - q @ (q.T @ terms)
     lengths = np.linalg.norm(left, axis=0)
     return _Design(

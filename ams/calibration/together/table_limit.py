@@ -12,12 +12,11 @@ from ams.arrays import FloatArray
 from ams.calibration.solving.columns import SolvedColumns
 from ams.inputs.shared_errors import OF_THE_AXES
 from ams.inputs.table_uncertainty import TableUncertainty, shown_rad
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.extended import centred_basis, centring_over
 from ams.models.pitch_yaw_roll import PitchYawRoll
 from ams.observations import Observations
 
-_LINEAR = 4
-"""Offset and three sensitivities, the first columns of a basis."""
 _ROUNDING = 32.0 * float(np.finfo(float).eps)
 """Of the largest output: a scatter below it is of the arithmetic."""
 
@@ -68,9 +67,9 @@ def of_higher_order(force: FloatArray) -> FloatArray:
 def _terms(base: Accelerometer, force: FloatArray, basis: FloatArray) -> FloatArray:
     """Return the (K, t) terms of low order: those of the model; of CR's, which has none, those that are determined."""
     if not isinstance(base, PitchYawRoll):
-        return basis[:, _LINEAR:]
+        return basis[:, LINEAR_COLUMNS:]
     centring = centring_over(force, force.shape[0], base.nominal_axis)
-    return basis[:, _LINEAR:] if centring is None else centred_basis(force, base.nominal_axis, centring)
+    return basis[:, LINEAR_COLUMNS:] if centring is None else centred_basis(force, base.nominal_axis, centring)
 
 
 def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> Iterator[SeenPoints | None]:
@@ -90,15 +89,15 @@ def _seen(solved: SolvedColumns, indices: Sequence[int], rows: Observations) -> 
             continue
         stood = attitude_of_points(base, rows, layout)
         force = sensed_force(base, stood)
-        coefficients = solved.mixed.ordinary[_LINEAR : basis.shape[1], index]
+        coefficients = solved.mixed.ordinary[LINEAR_COLUMNS : basis.shape[1], index]
         slopes = base.angle_jacobian(solved.primary[index][: len(base.primary_names)], stood)
         shared = solved.common[index] if solved.common else {}
         of_axes = {str(name): shared[name] for name in OF_THE_AXES if name in shared}
         yield SeenPoints(
-            linear=np.hstack([basis[:, :_LINEAR], sums.drift_left]),
+            linear=np.hstack([basis[:, :LINEAR_COLUMNS], sums.drift_left]),
             terms=_terms(base, force, basis),
             higher=of_higher_order(force),
-            mean=sums.point_effects[:, index] + basis[:, _LINEAR:] @ coefficients,
+            mean=sums.point_effects[:, index] + basis[:, LINEAR_COLUMNS:] @ coefficients,
             weight=np.sqrt(readings / variance),
             slopes=slopes,
             of_axes=solved.at_points(of_axes),

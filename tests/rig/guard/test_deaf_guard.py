@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from rig.abilities.longest_reading import LONGEST_READING_S
 from rig.clock import VirtualClock
 from rig.errors import GuardLost
 from rig.guard.stop_guard import DEAF_S, RECORD, StopGuard
-from rig.motion.silence import MOVING_S
 
 SILENT = """
 import socket, sys
@@ -34,11 +34,11 @@ def test_a_silent_guard_is_given_up_after_its_patience_from_the_first_beat_that_
     clock.sleep(pause_s)
     silent_s = 0.0
     while silent_s <= DEAF_S:
-        guard.beat(["roll"], MOVING_S)
+        guard.beat(["roll"], LONGEST_READING_S)
         assert guard.take_trouble() is None, silent_s
         clock.sleep(BEAT_S)
         silent_s += BEAT_S
-    guard.beat(["roll"], MOVING_S)
+    guard.beat(["roll"], LONGEST_READING_S)
     trouble = guard.take_trouble()
     assert isinstance(trouble, GuardLost)
     assert "has not answered for 6 s" in str(trouble)

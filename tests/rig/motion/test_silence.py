@@ -2,8 +2,9 @@
 
 import pytest
 
+from rig.abilities.longest_reading import LONGEST_READING_S
 from rig.motion.expectation import Moving, Standing, Task, Turning
-from rig.motion.silence import MOVING_S, PART_OF_WRAP, SHORTEST_S, TURNING_S, silence_s
+from rig.motion.silence import PART_OF_WRAP, SHORTEST_S, TURNING_S, silence_s
 
 STANDS = Standing(0.0, is_homed=True)
 MOVES = Moving(0.0, 90.0, 20.0, 0.0)
@@ -11,7 +12,7 @@ MOVES = Moving(0.0, 90.0, 20.0, 0.0)
 
 @pytest.mark.parametrize("task", [STANDS, MOVES])
 def test_where_nothing_turns_a_silence_lasts_as_long_as_a_reading(task: Task) -> None:
-    assert silence_s([(task, 5.0), (STANDS, None)]) == MOVING_S
+    assert silence_s([(task, 5.0), (STANDS, None)]) == LONGEST_READING_S
 
 
 @pytest.mark.parametrize("rate_dps", [-40.0, 0.5, 200.0])

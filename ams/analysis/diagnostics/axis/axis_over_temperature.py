@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis.point_columns import LINEAR
 from ams.analysis.diagnostics.beliefs import AXIS_OVER_TEMPERATURE, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.over_time import temperature as by_temperature
@@ -17,6 +16,7 @@ from ams.analysis.diagnostics.tested_terms import accelerometer_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.frames import AXES
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.statistics.distributions import f_tail
 
 
@@ -41,14 +41,14 @@ def axis_over_temperature(evidence: Evidence, output: int, lag_h: float | None) 
     variance, dof = float(evidence.precision_variance[output]), evidence.grid.dof
     if rise is None or dof < LEAST_DOF or not variance > 0.0 or layout.replications < by_temperature.LEAST_PLOTS:
         return None
-    linear, along = evidence.basis[layout.point, :LINEAR], evidence.sensed[:, [output]]
+    linear, along = evidence.basis[layout.point, :LINEAR_COLUMNS], evidence.sensed[:, [output]]
     courses = [rise[:, None], rise[:, None] ** 2]
     apart = None if lag_h is None else by_temperature.lagged_degc(evidence, lag_h)
     if apart is not None:
         courses.append(apart[:, None])
     known = layout.about_points(np.hstack([part for course in courses for part in (course, course * along)]))
     of_visit = np.equal.outer(layout.replication, np.arange(layout.replications - 1))
-    every = layout.about_points(np.hstack([of_visit * linear[:, [column]] for column in range(LINEAR)]))
+    every = layout.about_points(np.hstack([of_visit * linear[:, [column]] for column in range(LINEAR_COLUMNS)]))
     e = evidence.departures[:, output]
     turned, p_values = [], []
     for column in (1 + index for index, axis in enumerate(AXES) if axis != base.nominal_axis):

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.axis.axis_over_temperature import axis_over_temperature
 from ams.analysis.diagnostics.axis.decided_together import decided_together, explained_by_temperature
-from ams.analysis.diagnostics.axis.point_columns import LINEAR, by_point_degc, column_test, low_order
+from ams.analysis.diagnostics.axis.point_columns import by_point_degc, column_test, low_order
 from ams.analysis.diagnostics.axis.robust_fit import robust_fit
 from ams.analysis.diagnostics.beliefs import (
     AT_A_LOCATION,
@@ -67,6 +67,7 @@ from ams.analysis.diagnostics.time_order import (
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
 from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
 from ams.arrays import FloatArray
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
 from ams.statistics.distributions import f_tail
 
@@ -219,7 +220,7 @@ def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: Fl
         return np.zeros((evidence.layout.points, 0))
     stood = attitude_of_points(base, evidence.rows, evidence.layout)
     slopes = base.angle_jacobian(evidence.primary[output][: len(base.primary_names)], stood)
-    return limit.effects(slopes, np.hstack([evidence.basis[:, :LINEAR], known]))
+    return limit.effects(slopes, np.hstack([evidence.basis[:, :LINEAR_COLUMNS], known]))
 
 
 def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:

@@ -19,14 +19,12 @@ from ams.analysis.diagnostics.tested_terms import (
     with_sign_of_axis,
 )
 from ams.arrays import FloatArray
-from ams.models.accelerometer import PitchRoll
+from ams.models.accelerometer import LINEAR_COLUMNS, PitchRoll
 from ams.models.extended import ExtendedPitchRoll
 from ams.models.thermal import TEMPERATURE_NAMES
 from ams.remembered import remembered
 
-LINEAR: Final = 4
-"""Columns of a linear sensor: offset and three sensitivities."""
-_FEWEST_POINTS: Final = LINEAR + len(COLUMNS) + LEAST_DOF
+_FEWEST_POINTS: Final = LINEAR_COLUMNS + len(COLUMNS) + LEAST_DOF
 """Of fewer no term can be spared."""
 
 
@@ -53,9 +51,9 @@ def low_order(evidence: Evidence, output: int, known: FloatArray, turned: FloatA
     layout, rows = evidence.layout, evidence.rows
     shared = terms_at_points(evidence, output, base)
     terms = with_sign_of_axis(shared, evidence, output, base)
-    linear, fitted = evidence.basis[:, :LINEAR], evidence.basis[:, LINEAR:]
+    linear, fitted = evidence.basis[:, :LINEAR_COLUMNS], evidence.basis[:, LINEAR_COLUMNS:]
     whole = independent(np.hstack([linear, known])) if known.shape[1] > 0 else linear
-    means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR:, output])
+    means = evidence.means(output, whole, fitted @ evidence.alone[LINEAR_COLUMNS:, output])
     before = layout.mean_by_point(turned)
     sees_squareness = isinstance(base, PitchRoll | ExtendedPitchRoll)
     skew = squareness_of_points(rows, layout, base.nominal_axis if sees_squareness else "x", evidence.primary[output])

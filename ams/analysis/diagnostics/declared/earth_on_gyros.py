@@ -15,7 +15,6 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.axis.point_columns import LINEAR
 from ams.analysis.diagnostics.declared.gravity_on_gyros import force_columns, mean_from_level
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Joint, PointMeans, eliminate, spanned
@@ -23,8 +22,9 @@ from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S
 from ams.findings import Finding
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.gyro import Gyro, GyroWithTerms
-from ams.rounding import two_digits
+from ams.rounding import significant
 from ams.statistics.distributions import chi_square_tail
 
 EARTH_ON_RATES: Final = "rotation of the Earth"
@@ -64,8 +64,8 @@ def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
     has_earth = evidence.rows.from_level is not None
     if has_earth or not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
         return None
-    rows = np.einsum("i,nij->nj", evidence.primary[output][1:LINEAR], mean_from_level(evidence.rows))
-    linear, fitted = evidence.basis[:, :LINEAR], evidence.basis[:, LINEAR:]
+    rows = np.einsum("i,nij->nj", evidence.primary[output][1:LINEAR_COLUMNS], mean_from_level(evidence.rows))
+    linear, fitted = evidence.basis[:, :LINEAR_COLUMNS], evidence.basis[:, LINEAR_COLUMNS:]
     across = spanned(linear)
     level = evidence.layout.mean_by_point(rows)
     _, lengths, along = np.linalg.svd(level - across @ (across.T @ level), full_matrices=False)
@@ -73,7 +73,7 @@ def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
     terms = terms_of_gyro(evidence, output, base)
     terms = terms[:, terms.any(axis=0)]
     columns = np.hstack([terms, level @ directions])
-    means = evidence.means(output, linear, fitted @ evidence.alone[LINEAR:, output])
+    means = evidence.means(output, linear, fitted @ evidence.alone[LINEAR_COLUMNS:, output])
     tested = eliminate(means, columns, evidence.basis)
     count = terms.shape[1]
     of_earth = range(count, columns.shape[1])
@@ -126,9 +126,9 @@ def earth_finding(found: EarthOnRates, level: float) -> Finding:
         else ""
     )
     fact = (
-        f"the rates lack the Earth's{or_gravity}: the readings show {two_digits(found.size_dps)} ± "
-        f"{two_digits(2.0 * found.standard_uncertainty_dps)} °/s that stand on the ground, of the {_EARTH_DPS:.4f} °/s "
-        f"that it turns by{as_well}; part of it is in the offset, and in no stated uncertainty"
+        f"the rates lack the Earth's{or_gravity}: the readings show {significant(found.size_dps)} ± "
+        f"{significant(2.0 * found.standard_uncertainty_dps)} °/s that stand on the ground, of the {_EARTH_DPS:.4f} "
+        f"°/s that it turns by{as_well}; part of it is in the offset, and in no stated uncertainty"
     )
     what_to_do = (
         "put the Earth's rotation into the rates of the file (latitude and heading of the table tell it), or calibrate "

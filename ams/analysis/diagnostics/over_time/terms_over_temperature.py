@@ -21,11 +21,10 @@ from ams.analysis.diagnostics.residuals import GridResiduals, grid_residuals
 from ams.analysis.diagnostics.tested_terms import terms_at_points, tested_base
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.gyro import Gyro, GyroWithTerms
 from ams.statistics.distributions import f_tail
 
-_LINEAR: Final = 4
-"""Offset and three sensitivities, the first columns of a basis."""
 _UNSTEADY: Final = 0.05
 """The chance below which terms scatter from replication to replication by more than dwells do."""
 _STILL_NEEDED: Final = 0.002
@@ -87,7 +86,7 @@ def _changes_of(evidence: Evidence, output: int, lag_h: float | None) -> _Change
         return None
     units, terms = found
     point, along = evidence.layout.point, evidence.sensed[:, output]
-    linear = evidence.basis[:, :_LINEAR]
+    linear = evidence.basis[:, :LINEAR_COLUMNS]
     known = [rise[:, None] * linear[point], np.column_stack([rise**2, rise**2 * along])]
     lagging = None if lag_h is None else by_temperature.lag_columns(evidence, output, lag_h)
     if lagging is not None:
