@@ -42,7 +42,7 @@ from ams.surveillance.check_components import METER_GAIN, Component, components_
 from ams.surveillance.regime import LEAST_DOF, Regime
 from ams.surveillance.series import PointLabel, Population
 from ams.surveillance.shared_changes import SharedChange
-from ams.surveillance.stated_changes import FEW_DOF, STATED_LEVEL, StatedScatter, explained_rad
+from ams.surveillance.stated_changes import FEW_DOF, StatedScatter, explained_rad
 
 Cause = Literal["sensor", "table", "meter", "open"]
 

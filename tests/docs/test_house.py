@@ -100,8 +100,8 @@ RIGHT = {
 FOR_TESTS = {
     "rig.link.faults:FaultScript",
     "rig.link.faults:hang_up",
-    "rig.twins.servers:serve_pty",
-    "rig.twins.servers:serve_tcp",
+    "rig.twins.serving.servers:serve_pty",
+    "rig.twins.serving.servers:serve_tcp",
 }
 """Twins on ports and lines with faults, which stand beside what they imitate and serve tests alone."""
 STORED = {("procedures/journal/spool.py", "place"), ("ams/archive/leases.py", "place")}
@@ -258,7 +258,7 @@ def _documented(modules: dict[str, ast.Module]) -> set[tuple[str, str]]:
     """Return the definitions that a page names as code, beside the whole name of their module."""
     found = set()
     for page in sorted((ROOT / "docs").glob("*.md")):
-        code = re.findall(r"`([^`]+)`", page.read_text(encoding="utf-8"))
+        code = re.findall(r"`([^`\n]+)`", page.read_text(encoding="utf-8"))
         dotted = {part for text in code for part in re.findall(r"[\w.]+\w", text)}
         words = {word for text in code for word in re.findall(r"\w+", text)}
         for whole in dotted:

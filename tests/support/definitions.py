@@ -109,8 +109,8 @@ def _module_of(value: ast.expr, module: _Module) -> str | None:
 
 def _by_text(text: str, name: str, modules: Mapping[str, _Module]) -> Iterator[Definition]:
     """Return what a text names: ``part.of.module:name``, or a name of the same file, as quoted annotations have it."""
-    place, colon, attribute = text.partition(":")
+    where, colon, attribute = text.partition(":")
     if colon and attribute.isidentifier():
-        yield from ((module, attribute) for module in modules if module == place or module.endswith(f".{place}"))
+        yield from ((module, attribute) for module in modules if module == where or module.endswith(f".{where}"))
     elif text.isidentifier() and text in modules[name].defined:
         yield name, text

@@ -75,7 +75,7 @@ def _part(variance: float, size: int) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Told:
+class Answered:
     """What a user is told of (N,) rows: angles by name in radians, and the codes of the flags."""
 
     angle_rad: Mapping[str, np.ndarray]
@@ -84,7 +84,7 @@ class Told:
     codes: AnswerCodes
 
 
-def told_in_both_ways(
+def answered_in_both_ways(
     coefficients: CoefficientSet,
     outputs_v: np.ndarray,
     reading_sd_v: float,
@@ -93,7 +93,7 @@ def told_in_both_ways(
     roll_rad: np.ndarray | None = None,
     model_set: CoefficientSet | None = None,
     model_v: np.ndarray | None = None,
-) -> Told:
+) -> Answered:
     """Return what is told of (N, A) outputs with intervals, having seen that the same is told without them.
 
     Without intervals a package goes through kernels of its own: what holds of these angles holds of those.
@@ -114,4 +114,4 @@ def told_in_both_ways(
     angle, sd, half = (
         {name: np.deg2rad(wide.columns[f"{name}{ending}_deg"]) for name in angles} for ending in ("", "_sd", "_half_95")
     )
-    return Told(angle, sd, half, wide.codes)
+    return Answered(angle, sd, half, wide.codes)

@@ -3,11 +3,11 @@
 Of the check set a channel has a row, or in one row many that stand.
 """
 
-from ams.rounding import two_digits
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+from ams.rounding import two_digits
 from ams.units import with_unit
 from procedures.numbers import as_drawn
 from procedures.report.section import Section, fragment_beside

@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from stated_lines import Told, line_sensor, stated_set, told_in_both_ways
+from stated_lines import Answered, answered_in_both_ways, line_sensor, stated_set
 
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
@@ -53,7 +53,7 @@ def share(truth: FloatArray, found: FloatArray, half: FloatArray) -> float:
     return float(np.mean(np.abs(off) <= half))
 
 
-def held(found: Told, angle: str, truth: FloatArray, rows: BoolArray | slice = slice(None)) -> float:
+def held(found: Answered, angle: str, truth: FloatArray, rows: BoolArray | slice = slice(None)) -> float:
     return share(truth[rows], found.angle_rad[angle][rows], found.half_95_rad[angle][rows])
 
 
@@ -71,7 +71,7 @@ def test_pitch_and_roll_hold_near_the_vertical(set_v: float, in_sd: float) -> No
     pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
     roll = chance.uniform(-np.pi, np.pi, DRAWS)
     outputs = drawn(chance, specific_force(pitch, roll), set_v)
-    found = told_in_both_ways(set_of("tp", set_v), outputs, READING_V)
+    found = answered_in_both_ways(set_of("tp", set_v), outputs, READING_V)
     singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
     assert np.array_equal(singular, np.isnan(found.angle_rad["roll"]))
     check(held(found, "pitch", pitch), singular, f"pitch at {in_sd} sd")
@@ -88,7 +88,7 @@ def test_pitch_holds_near_the_vertical_with_the_two_axes_that_read_across(set_v:
     pitch = np.full(DRAWS, np.pi / 2 - in_sd * direction_sd(set_v))
     roll = np.deg2rad(chance.uniform(-80.0, 80.0, DRAWS))
     outputs = drawn(chance, specific_force(pitch, roll), set_v)[:, 1:]
-    found = told_in_both_ways(set_of("tp", set_v), outputs, READING_V, "yz")
+    found = answered_in_both_ways(set_of("tp", set_v), outputs, READING_V, "yz")
     singular = (found.codes & flag_codes.ROLL_SINGULAR) != 0
     size, half = np.abs(found.angle_rad["pitch"]), found.half_95_rad["pitch"]
     is_known = np.isfinite(size)
@@ -110,15 +110,15 @@ def test_pitch_is_what_x_reads_where_the_two_attitudes_of_x_and_y_meet() -> None
     np.testing.assert_allclose(found.pitch_sd_rad[is_known], by_hand[is_known], rtol=1e-6)
 
 
-def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> Told:
+def sting_or_both(chance: np.random.Generator, euler: FloatArray, set_v: float, *, is_pair: bool) -> Answered:
     pitch, yaw, roll = euler
     gravity = sting_gravity_g(pitch, yaw)
     sting_v = drawn(chance, -gravity, set_v)
     if not is_pair:
-        return told_in_both_ways(set_of("sting", set_v), sting_v, READING_V)
+        return answered_in_both_ways(set_of("sting", set_v), sting_v, READING_V)
     model_v = drawn(chance, -model_gravity_g(gravity, roll), set_v)
     model = set_of("model", set_v)
-    return told_in_both_ways(set_of("sting", set_v), sting_v, READING_V, model_set=model, model_v=model_v)
+    return answered_in_both_ways(set_of("sting", set_v), sting_v, READING_V, model_set=model, model_v=model_v)
 
 
 @pytest.mark.parametrize("set_v", SETS_V)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from stated_lines import Told, stated_set, told_in_both_ways
+from stated_lines import Answered, answered_in_both_ways, stated_set
 
 from ams.attitude import flag_codes
 from ams.frames import specific_force
@@ -34,7 +34,7 @@ class Held:
     is_flagged: np.ndarray
 
 
-def held(found: Told, truth: Mapping[str, np.ndarray]) -> Held:
+def held(found: Answered, truth: Mapping[str, np.ndarray]) -> Held:
     numbers, holds, by_sd = {}, {}, {}
     for name, true in truth.items():
         off = (found.angle_rad[name] - true + np.pi) % (2.0 * np.pi) - np.pi
@@ -62,25 +62,25 @@ def either(chance: np.random.Generator) -> np.ndarray:
 def by_three(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = (np.pi / 2.0 - off) * either(chance), chance.uniform(-np.pi, np.pi, DRAWS)
     outputs = read("xyz", specific_force(pitch, roll), chance)
-    return held(told_in_both_ways(PACKAGE, outputs, READING_SD), {"pitch": pitch, "roll": roll})
+    return held(answered_in_both_ways(PACKAGE, outputs, READING_SD), {"pitch": pitch, "roll": roll})
 
 
 def by_x_and_y(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = chance.uniform(-1.0, 1.0, DRAWS), (np.pi / 2.0 - off) * either(chance)
     outputs = read("xy", specific_force(pitch, roll), chance)
-    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "xy"), {"roll": roll})
+    return held(answered_in_both_ways(PACKAGE, outputs, READING_SD, "xy"), {"roll": roll})
 
 
 def by_x_and_z(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = chance.uniform(-1.0, 1.0, DRAWS), np.where(either(chance) > 0.0, off, np.pi - off)
     outputs = read("xz", specific_force(pitch, roll), chance)
-    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "xz"), {"roll": roll})
+    return held(answered_in_both_ways(PACKAGE, outputs, READING_SD, "xz"), {"roll": roll})
 
 
 def by_x(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, roll = (np.pi / 2.0 - off) * either(chance), chance.uniform(-np.pi, np.pi, DRAWS)
     outputs = read("x", specific_force(pitch, roll), chance)
-    return held(told_in_both_ways(PACKAGE, outputs, READING_SD, "x", roll_rad=roll), {"pitch": pitch})
+    return held(answered_in_both_ways(PACKAGE, outputs, READING_SD, "x", roll_rad=roll), {"pitch": pitch})
 
 
 def gravity(pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
@@ -92,17 +92,17 @@ def by_packages_level(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, yaw, roll = off * either(chance), chance.uniform(-1.2, 1.2, DRAWS), chance.uniform(-3.1, 3.1, DRAWS)
     along = gravity(pitch, yaw)
     sting_v, model_v = read("xyz", -along, chance), read("xyz", -model_gravity_g(along, roll), chance)
-    found = told_in_both_ways(STING, sting_v, READING_SD, model_set=MODEL, model_v=model_v)
+    found = answered_in_both_ways(STING, sting_v, READING_SD, model_set=MODEL, model_v=model_v)
     return held(found, {"pitch": pitch, "yaw": yaw, "roll": roll})
 
 
 def by_sting_aside(off: np.ndarray, chance: np.random.Generator) -> Held:
     pitch, yaw = chance.uniform(0.2, 1.0, DRAWS) * either(chance), (np.pi / 2.0 - off) * either(chance)
-    found = told_in_both_ways(STING, read("xyz", -gravity(pitch, yaw), chance), READING_SD)
+    found = answered_in_both_ways(STING, read("xyz", -gravity(pitch, yaw), chance), READING_SD)
     return held(without_roll(found), {"pitch": pitch, "yaw": yaw})
 
 
-def without_roll(found: Told) -> Told:
+def without_roll(found: Answered) -> Answered:
     """Return what the sting alone tells without the remark of every row, that roll is not sensed."""
     return replace(found, codes=found.codes & ~np.uint32(flag_codes.NO_ROLL))
 

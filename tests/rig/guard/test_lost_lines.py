@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from rig.guard.process import HUNG_S, Guard
+from rig.abilities.longest_reading import LONGEST_READING_S
+from rig.guard.process import Guard
 
 START = {"record": "stop-guard.json", "folder": None, "rig": {}, "ring": []}
 
@@ -17,7 +18,7 @@ def engine() -> Iterator[tuple[socket.socket, Guard]]:
     ours, theirs = socket.socketpair()
     with ours, theirs:
         guard = Guard(theirs, START)
-        _say(ours, guard, {"lines": [], "moving": ["roll"], "silence_s": HUNG_S, "looked": True})
+        _say(ours, guard, {"lines": [], "moving": ["roll"], "silence_s": LONGEST_READING_S, "looked": True})
         yield ours, guard
 
 
@@ -32,12 +33,12 @@ def test_an_engine_that_waits_for_a_line_that_is_lost_is_not_ended_for_not_looki
     """A cable that is out for longer than that would end a run which goes on by itself when it is back."""
     ours, guard = engine
     _say(ours, guard, {"released": True})
-    guard.looked_s -= HUNG_S + 1.0
+    guard.looked_s -= LONGEST_READING_S + 1.0
     _say(ours, guard, {})
     assert guard.why_stop() == ""
     _say(ours, guard, {"lines": []})
     assert guard.why_stop() == "", "it has the time to look again"
-    guard.looked_s -= HUNG_S + 1.0
+    guard.looked_s -= LONGEST_READING_S + 1.0
     assert guard.why_stop() == "the engine did not look at what moves for 120 s"
 
 

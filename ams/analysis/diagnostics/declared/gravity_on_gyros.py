@@ -10,13 +10,13 @@ from typing import Final
 
 import numpy as np
 
-from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import eliminate, independent
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.frames import from_level_axes
+from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
 from ams.observations import Observations
 from ams.rounding import significant
@@ -53,7 +53,9 @@ def gravity_on_zero(
     columns = force_columns(evidence)
     terms = terms_of_gyro(evidence, output, base)
     beside = terms[:, terms.any(axis=0)] if beside_terms else terms[:, :0]
-    given = independent(np.hstack([evidence.basis if beside_terms else evidence.basis[:, :LINEAR_COLUMNS], beside, known]))
+    given = independent(
+        np.hstack([evidence.basis if beside_terms else evidence.basis[:, :LINEAR_COLUMNS], beside, known])
+    )
     tested = eliminate(evidence.means(output, given), columns, np.zeros((columns.shape[0], 0)))
     found = tested.together(range(columns.shape[1]))
     if found is None:
