@@ -18,7 +18,7 @@ ANSWERED = "identities"
 TAKEN_OVER = "devices"
 """In an ``override``: table to what the device said that somebody answered for."""
 _WAY = re.compile(
-    r" at streams\.[^;]*(?=; it cannot be asked who it is)| at address \d+|, by [^,]*$|, [^,]*, address \d+$"
+    r"(?<=columns) at [^;]*(?=; it cannot be asked who it is)| at address \d+|, by [^,]*$|, [^,]*, address \d+$"
 )
 """What journals of before 2026-12 hold of the way to a device: an address, an adapter."""
 

@@ -1,9 +1,14 @@
 """Whether a run goes on with the devices that it began with: an inertial unit that was set up anew is another one."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import pytest
+from report_dwells import dwell, event
 from stream_rig import vn100_rig
 
-from procedures.journal.known_devices import other_devices
+from procedures.journal.known_devices import known_devices, other_devices, tenures_in
+from procedures.plan.plan import Plan
 from rig.wire import vn100 as wire
 
 AS_RECORDED_BEFORE = "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
@@ -29,3 +34,46 @@ def test_a_register_that_changes_while_a_run_rests_makes_it_another_device(regis
         sentence = other_devices(known, found)["imu"]
         assert sentence.startswith("imu: was 'VectorNav")
         assert f"(register {register}: " in sentence
+
+
+@pytest.mark.parametrize(
+    ("stored", "found"),
+    [
+        (
+            "HP3458A at address 22, revision 9,2, option 0, adjusted 247 times, HP3488A, 44470 in slot 1, by Prologix "
+            "GPIB-USB Controller version 6.107",
+            "HP3458A, revision 9,2, option 0, adjusted 247 times, HP3488A, 44470 in slot 1",
+        ),
+        (
+            "lines of 5 columns at streams.logger at socket://127.0.0.1:35869; it cannot be asked who it is",
+            "lines of 5 columns; it cannot be asked who it is",
+        ),
+        (
+            "lines of 5 columns at twin of streams.logger; it cannot be asked who it is",
+            "lines of 5 columns; it cannot be asked who it is",
+        ),
+        ("KEITHLEY 2000 7 A02, front inputs, VISA GPIB0 by @py, address 16", "KEITHLEY 2000 7 A02, front inputs"),
+    ],
+)
+def test_what_a_journal_of_before_has_of_the_way_to_a_device_is_none_of_it(stored: str, found: str) -> None:
+    assert other_devices({"dmm": stored}, {"dmm": found}) == {}
+    assert other_devices({"dmm": stored}, {"dmm": found.replace("2", "8", 1).replace("5 col", "6 col")}) != {}
+
+
+def test_a_run_that_an_earlier_calrig_let_go_on_with_another_device_keeps_its_first_and_tells_who_measured() -> None:
+    """Its journal has the other one's answers behind the trip, at a resume that nobody answered for, and a dwell."""
+    first, other = {"readouts.dmm": "A"}, {"readouts.dmm": "B"}
+    measured = [dwell(1), dwell(2, epoch=3)]
+    stamped = [
+        event(1, "identities", 0, **first),
+        event(2, "dwell", 1, step=1, attempt=1, epoch=1),
+        event(3, "identities", 2, **other),
+        event(4, "state", 2, to="tripped", cause="identity"),
+        event(5, "identities", 3, **other),
+        event(6, "dwell", 4, step=2, attempt=1, epoch=3),
+    ]
+    known = known_devices(stamped)
+    assert (known.of_run, known.seen_last) == (first, other)
+    plan = cast("Plan", SimpleNamespace(channels=("dmm.x",), attitude_reference=None))
+    held = tenures_in(stamped, measured, plan)["readouts.dmm"]
+    assert [(tenure.identity, tenure.steps, tenure.by) for tenure in held] == [("A", (1,), ""), ("B", (2,), "")]
