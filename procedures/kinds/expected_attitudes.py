@@ -267,7 +267,7 @@ def _advice_on_what_comes_back(plan: Plan) -> Iterator[str]:
     if hidden:
         yield (
             f'the order "{plan.order}" is the same in every replication: {hidden}; '
-            'order = "neighbours" makes noise of it'
+            'order = "neighbours" turns it into noise'
         )
 
 

@@ -85,7 +85,7 @@ def hidden_in_step(rows: Observations, layout: Layout, terms: FloatArray) -> tup
     hidden = hidden_in_words(terms[visited], rows.pitch_rad[visited], rows.roll_rad[visited])
     if not hidden:
         return ()
-    return (f'{SAME_ORDER}: {hidden}; another order in every replication makes noise of it (order = "neighbours")',)
+    return (f'{SAME_ORDER}: {hidden}; another order in every replication (order = "neighbours") turns it into noise',)
 
 
 def hidden_in_words(terms: FloatArray, pitch_rad: FloatArray, roll_rad: FloatArray) -> str:
@@ -95,13 +95,13 @@ def hidden_in_words(terms: FloatArray, pitch_rad: FloatArray, roll_rad: FloatArr
     if share >= PASSES_FOR_TERMS:
         hidden.append(
             "what comes back with each (hum of the mains that beats with the readings, a chamber or an air "
-            f"conditioning that cycles) can go with offset and sensitivities by {share:.2f}"
+            f"conditioning that cycles) can pass for offset and sensitivities (correlation up to {share:.2f})"
         )
     if row_share >= PASSES_FOR_TERMS:
         hidden.append(
             f"what comes back with every row of {dwells} dwells (a cable that winds up and is let go, a chamber that "
-            f"cycles once a row) can go with offset and sensitivities by {row_share:.2f}"
+            f"cycles once a row) can pass for offset and sensitivities (correlation up to {row_share:.2f})"
         )
     if not hidden:
         return ""
-    return f"{', '.join(hidden)}, and no test and no uncertainty has that part"
+    return f"{', '.join(hidden)}; no test shows that part, and no uncertainty counts it"

@@ -65,7 +65,7 @@ def test_an_order_that_repeats_says_how_much_of_what_comes_back_it_hides() -> No
             wave = np.cos(periods * at + phase)
             left = wave - terms.T @ np.linalg.lstsq(terms.T, wave, rcond=None)[0]
             largest = max(largest, float(np.sqrt(1.0 - left @ left / (wave @ wave))))
-    assert float(said.partition("sensitivities by ")[2][:4]) == pytest.approx(largest, abs=0.006)
+    assert float(said.partition("correlation up to ")[2][:4]) == pytest.approx(largest, abs=0.006)
 
 
 def _taken(terms: FloatArray, course: FloatArray) -> float:
@@ -91,7 +91,7 @@ def test_what_comes_back_with_every_row_is_told_by_the_worst_of_its_phases(is_ra
     assert found > (0.9 if is_raster else 0.5)
     said = hidden_in_words(terms, pitch, roll)
     assert f"with every row of {rolls.size} dwells" in said
-    assert f"by {found:.2f}" in said
+    assert f"correlation up to {found:.2f}" in said
 
 
 def test_an_order_without_rows_hides_none() -> None:
