@@ -5,7 +5,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 from archived_runs import EXPIRED, a_run, a_sensor
 
@@ -16,7 +15,7 @@ from ams.archive.signatures import sign
 from ams.errors import ArchiveError, ArchiveUnknown, SetWithdrawn
 from ams.exports.formats import export_set
 from ams.inference.inference import Package
-from ams.sets.apply import apply, sensed_force
+from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet
 from procedures.cli.archive.text import adjustment_lines, history_lines, plain
 from procedures.report.history_figure import WITHDRAWN, history_figure
@@ -64,10 +63,8 @@ def test_nothing_is_computed_with_it_written_of_it_or_published_of_it_elsewhere(
         "nothing was published": lambda: publish(other, [found], NOW),
     }
     columns = {axis: f"{axis}_v" for axis in found.axes}
-    volts = {axis: np.zeros(1) for axis in found.axes}
     computed = (
         lambda: apply(found, 0.0, 0.0),
-        lambda: sensed_force(found, volts),
         lambda: Package(found, columns),
     )
     for spared, do in (*refused.items(), *(("nothing was computed", each) for each in computed)):

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from integrated import integrated
 from scipy.spatial.transform import Rotation
 
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S, EarthRate
 from ams.attitude.gyro import quaternion_of_cr
-from ams.attitude.rate_scan import integrate
 from ams.errors import ObservationsError
 
 
@@ -26,13 +26,13 @@ def test_a_package_that_rests_for_a_day_rests_and_one_that_turns_is_where_scipy_
     time_s = np.arange(1441) * interval_s
     start = quaternion_of_cr(np.deg2rad([10.0, -20.0, 30.0]))
     at_rest = Rotation.from_quat(start).inv().apply(earth.rate_rad_s)
-    path = integrate(np.repeat(at_rest[:, None], time_s.size, axis=1), start, interval_s, "cubic")
+    path = integrated(np.repeat(at_rest[:, None], time_s.size, axis=1), start, interval_s, "cubic")
     found = Rotation.from_quat(earth.against_earth(path.quaternion, time_s).T)
     assert (found * Rotation.from_quat(start).inv()).magnitude().max() < 1e-9
     own = 1e-4 * np.array([0.3, -1.0, 0.5])  # a turn of its own about a fixed direction of the Earth
     attitude = Rotation.from_rotvec(time_s[:, None] * own) * Rotation.from_quat(start)
     read = attitude.inv().apply(earth.rate_rad_s + own)
-    path = integrate(read.T, start, interval_s, "cubic")
+    path = integrated(read.T, start, interval_s, "cubic")
     found = Rotation.from_quat(earth.against_earth(path.quaternion, time_s).T)
     assert (found * attitude.inv()).magnitude().max() < 1e-7
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tp_bias import t_bias
 
-from ams.analysis.tp_replication import t_bias
 from ams.solve.extension import judge_extension
 
 STUDIES = Path(__file__).parents[3] / "docs" / "studies"
