@@ -94,6 +94,17 @@ class _Index:
 
 
 @dataclass(frozen=True)
+class _Indices:
+    """Of both axes, those of more than one attitude."""
+
+    each: tuple[_Index, ...]
+    columns: FloatArray
+    """(K, I) 1 where a point is of an index."""
+    counts: FloatArray
+    """(I,) points."""
+
+
+@dataclass(frozen=True)
 class _Candidate:
     """One location, and what it explains."""
 
@@ -195,11 +206,12 @@ def locations_shown(
     indices, points = _indices(evidence), weighed.mean.size
     found, explained, p_value = list[Location](), 0.0, 1.0
     while len(found) < _MOST_LOCATIONS and weighed.dof >= LEAST_DOF:
-        made = _candidates(weighed, indices)
-        chance = _chance(made, indices, dof)
+        explained_by = _Explained(weighed, indices)
+        chance = explained_by.chance(dof)
         if chance > (_FURTHER if found else level):
             p_value = p_value if found else chance
             break
+        made = explained_by.candidates()
         best = max(made, key=lambda candidate: candidate.score(points))
         rival = _best_of(weighed, rivals) - log(points)
         if not _has_room(best.location, found, indices) or best.score(points) <= max(rival + _PLAINER, 0.0):
@@ -222,12 +234,12 @@ def alike_over(evidence: Evidence, output: int, known: FloatArray) -> tuple[str,
     weighed = _weighed(evidence, output, known)
     if weighed is None:
         return ()
-    found = []
+    indices, found = _indices(evidence), []
     for axis in ("pitch", "roll"):
-        columns = [index.points for index in _indices(evidence) if index.axis == axis]
-        if not columns:
+        of_axis = [index.axis == axis for index in indices.each]
+        if not any(of_axis):
             continue
-        _, numbers, explains = weighed.explained(np.stack(columns, axis=1).astype(float))
+        _, numbers, explains = weighed.explained(indices.columns[:, of_axis])
         rest, dof = weighed.square - explains, weighed.dof - numbers
         if dof < LEAST_DOF or numbers == 0:
             continue
@@ -248,49 +260,70 @@ def _weighed(evidence: Evidence, output: int, known: FloatArray) -> _Weighed | N
     return _Weighed(means.readings / means.precision_variance, means.mean, beside, means.common.shape[1])
 
 
-def _candidates(weighed: _Weighed, indices: Sequence[_Index]) -> list[_Candidate]:
-    """Return every index as one amount, plain ones as one of each attitude as well, and the plainest attitude."""
-    found = []
-    of_point = weighed.left**2 * np.divide(
-        1.0, weighed.of_point, out=np.zeros_like(weighed.left), where=weighed.is_judged
-    )
-    if indices:
-        seen, squares = weighed.each(np.stack([index.points for index in indices], axis=1).astype(float))
-        for index, along, square in zip(indices, seen.tolist(), squares.tolist(), strict=True):
+@dataclass(frozen=True)
+class _Explained:
+    """What every location explains: each index as one amount, plain ones as one of each attitude, every attitude."""
+
+    weighed: _Weighed
+    indices: _Indices
+
+    @cached_property
+    def even(self) -> tuple[FloatArray, FloatArray]:
+        """(I,) what each index has of y as one amount, and its own square."""
+        return self.weighed.each(self.indices.columns)
+
+    @cached_property
+    def of_point(self) -> FloatArray:
+        """(K,) of each attitude by itself."""
+        weighed = self.weighed
+        inverse = np.divide(1.0, weighed.of_point, out=np.zeros_like(weighed.left), where=weighed.is_judged)
+        return np.asarray(weighed.left**2 * inverse)
+
+    @cached_property
+    def uneven(self) -> dict[int, tuple[FloatArray, int, float]]:
+        """Of indices whose attitudes are off beyond noise: amounts, how many numbers they are, what they explain."""
+        counts = self.indices.counts
+        beyond = self.of_point @ self.indices.columns > counts + _OUT_OF_NOISE * np.sqrt(2.0 * counts)
+        unit = np.eye(self.of_point.size)
+        return {
+            at: self.weighed.explained(unit[:, self.indices.each[at].points]) for at in np.flatnonzero(beyond).tolist()
+        }
+
+    def chance(self, dof: float) -> float:
+        """Return the chance of as much at any location, be it one amount of it or one of each of its attitudes."""
+        count, (along, squares) = len(self.indices.each), self.even
+        of_index = np.divide(along**2, squares, out=np.zeros_like(along), where=squares > 0.0)
+        single = max(float(of_index.max(initial=0.0)), float(self.of_point.max(initial=0.0)))
+        uneven = [(explains, numbers) for _, numbers, explains in self.uneven.values() if numbers > 1]
+        single = max([single, *(explains for _, numbers, explains in self.uneven.values() if numbers == 1)])
+        ratios = np.array([single, *(explains / numbers for explains, numbers in uneven)])
+        numbers = np.array([1.0, *(float(numbers) for _, numbers in uneven)])
+        chosen = np.array([count + self.of_point.size, *(count for _ in uneven)])
+        return min(1.0, float(np.min(2.0 * chosen * f_tail(ratios, numbers, dof))))
+
+    def candidates(self) -> list[_Candidate]:
+        """Return every index as one amount, plain ones as one of each attitude as well, and the plainest attitude."""
+        found = []
+        for index, along, square in zip(self.indices.each, *(part.tolist() for part in self.even), strict=True):
             if square > 0.0:
                 location = Location(index.axis, index.index_deg, index.points, True, along / square, square**-0.5)
                 found.append(_Candidate(location, along**2 / square, 1))
-    for index in indices:
-        count = int(index.points.sum())
-        if of_point[index.points].sum() > count + _OUT_OF_NOISE * sqrt(2.0 * count):
-            amounts, numbers, explains = weighed.explained(np.eye(index.points.size)[:, index.points])
-            size = float(np.sqrt(np.mean(amounts**2)))
+        for at, (amounts, numbers, explains) in self.uneven.items():
+            index, size = self.indices.each[at], float(np.sqrt(np.mean(amounts**2)))
             location = Location(index.axis, index.index_deg, index.points, False, size, float("nan"))
             found.append(_Candidate(location, explains, numbers))
-    if weighed.is_judged.any():
-        at = int(np.argmax(of_point))
-        square = float(weighed.of_point[at])
-        location = Location(
-            "", float("nan"), np.arange(of_point.size) == at, True, float(weighed.left[at]) / square, square**-0.5
-        )
-        found.append(_Candidate(location, float(of_point[at]), 1))
-    return found
+        if self.weighed.is_judged.any():
+            at = int(np.argmax(self.of_point))
+            points, square = np.arange(self.of_point.size) == at, float(self.weighed.of_point[at])
+            amount = float(self.weighed.left[at]) / square
+            location = Location("", float("nan"), points, True, amount, square**-0.5)
+            found.append(_Candidate(location, float(self.of_point[at]), 1))
+        return found
 
 
-def _chance(made: Sequence[_Candidate], indices: Sequence[_Index], dof: float) -> float:
-    """Return the chance of as much at any location, be it one amount of it or one of each of its attitudes."""
-    if not made:
-        return 1.0
-    points = made[0].location.points.size
-    counts = [len(indices) + points if each.numbers == 1 else len(indices) for each in made]
-    numbers = np.array([each.numbers for each in made], dtype=float)
-    ratio = np.array([each.explains for each in made]) / numbers
-    return min(1.0, float(np.min(2.0 * np.array(counts) * f_tail(ratio, numbers, dof))))
-
-
-def _has_room(location: Location, found: Sequence[Location], indices: Sequence[_Index]) -> bool:
+def _has_room(location: Location, found: Sequence[Location], indices: _Indices) -> bool:
     """Return whether the axis of a location has indices enough for one more, beside those that are found."""
-    count = sum(index.axis == location.axis for index in indices)
+    count = sum(index.axis == location.axis for index in indices.each)
     return not location.axis or (1 + sum(other.axis == location.axis for other in found)) * _INDICES_A_LOCATION <= count
 
 
@@ -308,7 +341,7 @@ def _with_others(best: _Candidate, made: Sequence[_Candidate], points: int) -> L
     return replace(location, or_at_deg=tuple(sorted(as_well - {location.index_deg})))
 
 
-def _indices(evidence: Evidence) -> tuple[_Index, ...]:
+def _indices(evidence: Evidence) -> _Indices:
     layout, rows = evidence.layout, evidence.rows
     return _indices_of(layout.mean_by_point(rows.pitch_rad), _by_first(evidence))
 
@@ -322,7 +355,7 @@ def _by_first(evidence: Evidence) -> FloatArray:
 
 
 @remembered(16)
-def _indices_of(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[_Index, ...]:
+def _indices_of(pitch_rad: FloatArray, roll_rad: FloatArray) -> _Indices:
     found = []
     pitch = np.round(np.rad2deg(pitch_rad), 4) + 0.0
     roll = np.round(np.rad2deg(np.arctan2(np.sin(roll_rad), np.cos(roll_rad))), 4) + 0.0
@@ -332,4 +365,5 @@ def _indices_of(pitch_rad: FloatArray, roll_rad: FloatArray) -> tuple[_Index, ..
         if values.size >= _FEWEST_INDICES:
             of_axis = [_Index(axis, float(value), stood == value) for value in values]
             found += [index for index in of_axis if index.points.sum() > 1]
-    return tuple(found)
+    columns = np.array([index.points for index in found], dtype=float).reshape(len(found), pitch.size).T
+    return _Indices(tuple(found), columns, columns.sum(axis=0))
