@@ -159,7 +159,7 @@ def test_a_turn_that_all_dwells_stand_after_parts_them_from_the_declared_zero(
     assert {row.verdict for row in overview_rows(view)} == {"not usable"}
     url, sets = f"sqlite:///{tmp_path / 'archive.sqlite'}", sets_of(solved)
     publish_solved(url, run_dir, solved.record, solved.sensors, sets)
-    assert [coefficients.quarantine for coefficients in list_sets(url)] == [finding.text] * 3
+    assert [coefficients.quarantine for coefficients in list_sets(url)] == [finding.fact] * 3
 
 
 def test_a_turn_put_right_before_any_dwell_that_counts_is_told_and_spoils_nothing(three: Bench, tmp_path: Path) -> None:
