@@ -113,7 +113,7 @@ def _require_the_same(solved: Mapping[str, Calibration], studied: Mapping[str, C
         ours, theirs = _told(calibration), _told(studied[name])
         assert {key: said[:2] for key, said in ours.items()} == {key: said[:2] for key, said in theirs.items()}
         chances = [{key: said[2] for key, said in told.items() if said[2] is not None} for told in (ours, theirs)]
-        assert chances[0] == pytest.approx(chances[1], rel=1e-6, abs=1e-300)
+        assert chances[0] == pytest.approx(chances[1], rel=1e-5, abs=1e-300)  # scatter is iterated
         kinds |= {kind for (_, kind, _), (is_significant, *_) in ours.items() if is_significant}
     return kinds
 
