@@ -18,9 +18,13 @@ ANSWERED = "identities"
 TAKEN_OVER = "devices"
 """In an ``override``: table to what the device said that somebody answered for."""
 _WAY = re.compile(
-    r"(?<=columns) at [^;]*(?=; it cannot be asked who it is)| at address \d+|, by [^,]*$|, [^,]*, address \d+$"
+    r"(?<=columns) at [^;]*(?=; it cannot be asked who it is)|(?<=^HP3458A) at address \d+"
+    r"|, by (?:VISA |[^,]*GPIB).*$|, (?:VISA |[^,]*GPIB).*, address \d+$"
 )
-"""What journals of before 2026-12 hold of the way to a device: an address, an adapter."""
+"""What journals of before 2026-12 hold of the way to a device: an address, an adapter that an AR488 names with commas.
+
+Nothing else is taken away: a driver of somebody else's may end with an address, and a serial number may stand before.
+"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from stream_rig import vn100_rig
 
 from procedures.journal.known_devices import known_devices, other_devices, tenures_in
 from procedures.plan.plan import Plan
+from rig.twins.prologix import REAL_CLONE
 from rig.wire import vn100 as wire
 
 AS_RECORDED_BEFORE = "VectorNav VN-100T-CR, serial 100011981, firmware 2.1.0.0, no user compensation"
@@ -53,11 +54,29 @@ def test_a_register_that_changes_while_a_run_rests_makes_it_another_device(regis
             "lines of 5 columns; it cannot be asked who it is",
         ),
         ("KEITHLEY 2000 7 A02, front inputs, VISA GPIB0 by @py, address 16", "KEITHLEY 2000 7 A02, front inputs"),
+        (f"HP3458A at address 22, revision 9,2, HP3488A, by {REAL_CLONE}", "HP3458A, revision 9,2, HP3488A"),
+        (f"HP3458A at address 22, revision 9,2, HP3488A, by Lab 2 ({REAL_CLONE})", "HP3458A, revision 9,2, HP3488A"),
+        ("HP3458A at address 22, revision 9,2, HP3488A, by VISA GPIB0 by @py", "HP3458A, revision 9,2, HP3488A"),
+        (f"KEITHLEY 2000 7 A02, front inputs, {REAL_CLONE}, address 16", "KEITHLEY 2000 7 A02, front inputs"),
     ],
 )
 def test_what_a_journal_of_before_has_of_the_way_to_a_device_is_none_of_it(stored: str, found: str) -> None:
     assert other_devices({"dmm": stored}, {"dmm": found}) == {}
     assert other_devices({"dmm": stored}, {"dmm": found.replace("2", "8", 1).replace("5 col", "6 col")}) != {}
+
+
+@pytest.mark.parametrize(
+    ("known", "found"),
+    [
+        ("ACME TT-1, serial 1234, address 3", "ACME TT-1, serial 9999, address 3"),
+        ("ACME TT-1, serial 1234, address 3", "ACME TT-1, address 3"),
+        ("ACME TT-1 at address 3", "ACME TT-1 at address 4"),
+        ("ACME TT-1, by Smith", "ACME TT-1, by Jones"),
+    ],
+)
+def test_what_a_driver_of_somebody_elses_says_is_compared_whole(known: str, found: str) -> None:
+    assert set(other_devices({"axes.pitch": known}, {"axes.pitch": found})) == {"axes.pitch"}
+    assert other_devices({"axes.pitch": known}, {"axes.pitch": known}) == {}
 
 
 def test_a_run_that_an_earlier_calrig_let_go_on_with_another_device_keeps_its_first_and_tells_who_measured() -> None:
