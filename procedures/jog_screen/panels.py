@@ -303,7 +303,8 @@ def _chamber(chamber: ChamberView) -> Text:
 
 def _attitude(attitude: AttitudeView, axes: Sequence[AxisView]) -> Text:
     text = Text.assemble((f"{attitude.sensor:<8}", f"bold {ACCENT}"))
-    table_deg = {axis.name: axis.state.position_deg for axis in axes if axis.state is not None}
+    states = {axis.name: axis.state for axis in axes if axis.state is not None}
+    table_deg = {name: state.position_deg for name, state in states.items() if not state.unknown}
     for name, degrees, sd_deg in attitude.angles:
         text.append(f"  {name}  ", QUIET)
         if math.isnan(degrees):

@@ -99,7 +99,8 @@ class Polling:
             temperatures = [view.temperature_degc for view in self._chambers.values()]
             means_v = {channel: running.view().mean for channel, running in self._running.items()}
             roll = self._axes.get("roll")
-            roll_deg = None if roll is None or roll.state is None else roll.state.position_deg
+            state = None if roll is None else roll.state
+            roll_deg = None if state is None or state.unknown else state.position_deg
             self._attitude = self._inferred.view(means_v, temperatures[0] if temperatures else None, roll_deg)
 
     def axes_now_and_then(self, *, is_patient: bool = False) -> None:

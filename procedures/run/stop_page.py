@@ -139,7 +139,7 @@ def read_why(
             reason=reason or str(state.detail.get("reason", "")),
             utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
-            positions=_positions(positions_deg, known, _unknown_positions(reader)),
+            positions=_positions(positions_deg, known, _unknown_positions(reader, positions_deg)),
             advice=advice(cause, stands, numbers_of(str(run_dir), events, reader.dwells(with_samples=False))),
             traces=_traces(dwells),
             dwells=dwells[-_MOST_ROWS:],
@@ -179,19 +179,24 @@ def _positions(positions_deg: Mapping[str, float], known: Sequence[str] = (), un
     return f"at rest, read back: {'; '.join([positions, *unknown])}; nothing has been moved since"
 
 
-def _unknown_positions(reader: JournalReader) -> list[str]:
-    """Return of which axes the last stop of all found no position, and why."""
-    safe = reader.last_event("safe")
-    unknown = None if safe is None else safe.detail.get("unknown")
-    return [f"{name}: {why}" for name, why in unknown.items()] if isinstance(unknown, dict) else []
+def _unknown_positions(reader: JournalReader, positions_deg: Mapping[str, float]) -> list[str]:
+    """Return of which axes the last stop of all found no position, and why; none of those that were read back since."""
+    unknown = _of_last_stop(reader).get("unknown")
+    missing = unknown if isinstance(unknown, dict) else {}
+    return [f"{name}: {why}" for name, why in missing.items() if name not in positions_deg]
 
 
 def _known_motion(reader: JournalReader) -> list[str]:
-    """Return what the last stop of all axes left known of those that did not answer, where nothing was told since."""
+    """Return what the last stop of all axes left known of those that did not answer."""
+    known = _of_last_stop(reader).get("known")
+    return [str(sentence) for sentence in known] if isinstance(known, list) else []
+
+
+def _of_last_stop(reader: JournalReader) -> Mapping[str, object]:
+    """Return what is on record of the last stop of all axes; nothing where one may have moved since."""
     safe = reader.last_event("safe")
     since = [event.sequence for kind in ("opened", "intent") if (event := reader.last_event(kind)) is not None]
-    known = [] if safe is None or safe.sequence < max(since, default=0) else safe.detail.get("known")
-    return [str(sentence) for sentence in known] if isinstance(known, list) else []
+    return {} if safe is None or safe.sequence < max(since, default=0) else safe.detail
 
 
 def _traces(dwells: Sequence[DwellRecord]) -> list[Sparkline]:

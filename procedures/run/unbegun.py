@@ -16,7 +16,7 @@ from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig
 from procedures.run.services import RunServices
 from procedures.run.stop_page import explain
-from procedures.run.watch.safe_state import resting_deg
+from procedures.run.watch.safe_state import known_rest_deg
 
 
 @contextmanager
@@ -33,7 +33,7 @@ def telling_where_nothing_is_stored(
             with suppress(Exception):  # the rim, as of the engine: a screen that fails keeps nobody from the page
                 observer.on_event(_interrupted(plan, done, reason))
         keep_last_words(run_dir, services.second_folder, LastWords(reason, rig.clock.now_utc()))
-        explain(run_dir, reason, resting_deg(rig), services.second_folder, STORAGE)
+        explain(run_dir, reason, known_rest_deg(rig), services.second_folder, STORAGE)
         raise failure from error
 
 

@@ -68,6 +68,8 @@ class Seen:
     is_moving: bool | None = None
     """None where only the angle was asked."""
     is_homed: bool = True
+    is_known: bool = True
+    """False where nobody knows where it stands: the angle says nothing."""
 
 
 @dataclass(frozen=True, slots=True)

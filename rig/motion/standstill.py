@@ -65,6 +65,8 @@ def _let_pass(duration_s: float, clock: Clock) -> None:
 
 
 def _moves(axis: Axis, state: AxisState, before: AxisState) -> bool:
+    if state.unknown:  # a servo that lost its pulse went nowhere that anybody could say
+        return state.is_moving
     return state.is_moving or abs(state.position_deg - before.position_deg) > band_deg(axis.arrival_tolerance_deg)
 
 
@@ -78,7 +80,8 @@ def _is_outside(axis: Axis, state: AxisState, left: KnownMotion) -> bool:
 
 def _stopped(name: str, state: AxisState, left: KnownMotion) -> str:
     before = f" (it had been told to {left.may_be_moved_by} before)" if left.may_be_moved_by else ""
-    return f"{name}: moves, though nothing told it to{before}: stopped, at rest at {state.position_deg:g}°"
+    at_rest = state.unknown or f"at rest at {state.position_deg:g}°"
+    return f"{name}: moves, though nothing told it to{before}: stopped, {at_rest}"
 
 
 def _allowed(axis: Axis, state: AxisState) -> str:
@@ -95,7 +98,11 @@ def _displaced(
 
 def _displacement(axis: Axis, state: AxisState, left: KnownMotion) -> str:
     within_deg = STANDING_TOLERANCES * axis.arrival_tolerance_deg
-    if not left.is_at_rest or left.at_deg is None or abs(state.position_deg - left.at_deg) <= within_deg:
+    if not left.is_at_rest or left.at_deg is None:
+        return ""
+    if state.unknown:
+        return f"{axis.name}: left at rest at {left.at_deg:g}°; now {state.unknown}"
+    if abs(state.position_deg - left.at_deg) <= within_deg:
         return ""
     return (
         f"{axis.name}: left at rest at {left.at_deg:g}°, it reads {state.position_deg:g}° now, allowed within"

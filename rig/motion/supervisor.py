@@ -276,7 +276,8 @@ class SupervisedAxis:
             self.is_silent = False
             if state.fault or state.awaits_operator:
                 return state, None
-            seen = Seen(state.position_deg, sent_s, self._clock.monotonic_s(), state.is_moving, state.is_homed)
+            now_s = self._clock.monotonic_s()
+            seen = Seen(state.position_deg, sent_s, now_s, state.is_moving, state.is_homed, not state.unknown)
             return state, seen
 
         return self._judged(ask, must_stand=must_stand)
@@ -377,11 +378,10 @@ class SupervisedAxis:
 
     def _remember(self, seen: Seen | None) -> None:
         """Note a look for who has to know of it when no further one is possible."""
-        if seen is not None:
+        if seen is not None and seen.is_known:
             at_rest = isinstance(self._watched.task, Standing)
             now_utc, is_moving = self._clock.now_utc(), bool(seen.is_moving)
-            memory = self._supervisor.memory
-            memory.saw(self.name, seen.position_deg, now_utc, is_at_rest=at_rest, is_moving=is_moving)
+            self._supervisor.memory.saw(self.name, seen.position_deg, now_utc, is_at_rest=at_rest, is_moving=is_moving)
 
     def _expect(self, watched: Watched, order: str = "", *, is_turn: bool = False) -> None:
         """``order``: what may move the axis and is about to be sent, for a sentence."""

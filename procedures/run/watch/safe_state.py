@@ -103,7 +103,7 @@ def _attempted(rig: OpenRig, plan: Plan, unopened: str, *, is_over: bool) -> Saf
     failures += [UNANSWERED for is_done in are_done if not is_done]
     positions_deg = _seen_at_rest(rig, failures) if all(are_done) else {}
     in_doubt, unseen = rig.motion.in_doubt(positions_deg), [name for name in rig.axes if name not in positions_deg]
-    unknown = unknown_positions(rig)
+    unknown = unknown_positions(rig) if all(are_done) else {}
     positions_deg = {name: degrees for name, degrees in positions_deg.items() if name not in unknown}
     if not failures and not of_chamber:
         return Safe((), positions_deg, unknown=unknown, in_doubt=in_doubt)

@@ -73,8 +73,13 @@ class Watchdogs:
         self._fed_s.clear()
 
     def disarm(self) -> None:
-        """Disarm the watchdogs of axes that stand; one that does not answer reports a silence that is none."""
-        for name, axis in self._armed.items():
+        """Disarm the watchdogs of axes that stand; one that does not answer reports a silence that is none.
+
+        By the line that is open now: the stop before may have opened one anew that was lost.
+        """
+        for name in self._armed:
+            axis = self._rig.axes[name]
+            assert isinstance(axis, Watchdog)
             try:
                 axis.disarm_watchdog()
             except RigError as error:

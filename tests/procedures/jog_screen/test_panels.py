@@ -83,6 +83,16 @@ def test_an_angle_that_the_outputs_do_not_tell_is_a_dash_with_its_reason() -> No
     assert "+89.9000° ± 0.36″" in text
 
 
+@pytest.mark.parametrize(("unknown", "is_compared"), [("", True), ("no pulse is sent, position not known", False)])
+def test_an_attitude_is_compared_with_no_table_of_which_nobody_knows_where_it_stands(
+    unknown: str, *, is_compared: bool
+) -> None:
+    attitude = AttitudeView("SN1", (("pitch", 10.0, 1e-4),), "")
+    axis = replace(AXIS, state=_state(unknown=unknown))
+    text = _drawn(panels.surroundings_panel(BenchView((axis,), (), (), attitude)))
+    assert ("to the table" in text) is is_compared
+
+
 def test_overloads_are_told() -> None:
     view = BenchView((), (ChannelView("dmm.x", count=3, mean=1.0, standard_deviation=0.1, overloads=2),), ())
     assert "2 overloads" in _drawn(panels.channels_panel(view.channels, 100))

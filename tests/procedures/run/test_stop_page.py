@@ -1,21 +1,24 @@
 """The page for every stop that nobody asked for: cause, moment, rest, what to do, the last minutes."""
 
 import os
+from datetime import UTC, datetime
 from pathlib import Path
 from shutil import copytree
 from xml.etree import ElementTree
 
 import pytest
 from faulty_rig import FaultyRig, noisier
-from small_run import Bench, bench
+from small_run import Bench, StopAt, bench
 from unattended_run import UnattendedRun, asks, run_unattended
 
+from procedures.journal.journal import Journal
 from procedures.journal.stop_advice import ADVICE
 from procedures.records.states import State
 from procedures.run.sparkline import sparkline
-from procedures.run.stop_page import explain
+from procedures.run.stop_page import explain, read_why
 from procedures.run.watch.keep_awake import awake
 from rig.abilities.abilities import Burst
+from rig.clock import VirtualClock
 from rig.errors import FileContradicted, LinkLost
 
 ROOT = Path(__file__).parents[3]
@@ -180,3 +183,26 @@ def test_fault_15_an_inhibitor_that_refuses_is_told_and_keeps_no_run_from_runnin
     _helper(tmp_path, "exit 1", monkeypatch)
     with awake("night run") as refusal:
         assert "ended with status 1: forbid suspending yourself" in refusal
+
+
+NO_PULSE = "no pulse is sent, position not known"
+
+
+@pytest.mark.parametrize("later", ["", "intent", "opened"])
+def test_a_position_that_nobody_knew_at_the_last_stop_is_told_until_it_is_read_back_or_may_have_changed(
+    small: Bench, tmp_path: Path, later: str
+) -> None:
+    """As it was seen: a page that said where the servo rests and, of hours before, that nobody knows it."""
+    run_dir = tmp_path / "run"
+    assert small.run(run_dir, observer=StopAt(run_dir, 2)).state is State.STOPPED
+    journal, clock = Journal.open_for_append(run_dir / "journal.sqlite"), VirtualClock(datetime.now(UTC))
+    journal.append_event("safe", {"positions_deg": {}, "failures": [], "unknown": {"pitch": NO_PULSE}}, clock)
+    if later:
+        journal.append_event(later, {"step": 3} if later == "intent" else {}, clock)
+    journal.close()
+
+    def axes(positions_deg: dict[str, float]) -> str:
+        return read_why(run_dir, "", positions_deg).positions
+
+    assert (f"pitch: {NO_PULSE}" in axes({"roll": 0.0})) is not bool(later)
+    assert axes({"pitch": 10.0}) == "at rest, read back: pitch at 10.0000°; nothing has been moved since"

@@ -129,6 +129,19 @@ def test_an_axis_that_moves_outside_its_limits_is_a_breach_and_stands() -> None:
     assert not axes["roll"].state().is_moving
 
 
+def test_a_servo_that_lost_its_pulse_is_told_of_without_a_number_and_keeps_the_last_that_was_known() -> None:
+    """Its controller lost power for a moment; the pulse of no length would be read as the end of the travel."""
+    bench, memory = motion_bench("maestro"), MotionMemory()
+    axes = _opened(bench, memory)
+    home_and_arrive(axes["pitch"], bench.clock, bench.clock.sleep)
+    left_deg = memory.known("pitch").at_deg
+    bench.twin.power_cycle(bench.clock.monotonic_s())
+    (told,) = stop_what_moves(_opened(bench, memory), bench.clock, memory)
+    assert told == f"pitch: left at rest at {left_deg:g}°; now no pulse is sent, position not known"
+    assert memory.known("pitch").at_deg == left_deg
+    assert memory.known("roll").at_deg is None, "it never had a pulse"
+
+
 def test_a_rate_that_was_ours_is_stopped_and_told_wherever_it_is() -> None:
     """A line that was lost in a run of rates: what turns on at them has no limits of positions."""
     bench, memory = motion_bench("oriental-az"), MotionMemory()

@@ -1,6 +1,9 @@
 """Laws of watchdogs in a run: proven before anything moves, fed through every wait, let go at the end, all told."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import pytest
 from resumed import resume_on
@@ -13,7 +16,9 @@ from procedures.records.dwells import Event
 from procedures.records.states import State
 from procedures.report.conditions import condition_sections
 from procedures.run.begin import begin
-from rig.abilities.abilities import Watchdog
+from procedures.run.dwell.measure import OpenRig
+from procedures.run.watch.watchdogs import Watchdogs
+from rig.abilities.abilities import Wait, Watchdog
 from rig.assembly.open_rig import open_rig
 
 TABLE = 'driver = "indexing-table"\nport = "twin"\nincrement_deg = 1.0\n'
@@ -86,6 +91,30 @@ def test_a_watchdog_that_does_not_act_trips_the_run_before_anything_moves(tmp_pa
     assert outcome.state is State.TRIPPED
     assert "pitch: the machine did not notice a silence of 5 s" in outcome.reason
     assert not _events(run_dir, "intent")
+
+
+def test_after_a_line_was_opened_anew_for_the_last_stop_the_watchdog_is_let_go_by_the_new_line() -> None:
+    class Drive:
+        name, watchdog_s, is_armed = "pitch", 4.0, False
+
+        def arm_watchdog(self, wait: Wait) -> str:
+            self.is_armed = True
+            return "proven"
+
+        def feed_watchdog(self) -> None: ...
+
+        def disarm_watchdog(self) -> None:
+            self.is_armed = False
+
+    before, after = Drive(), Drive()
+    rig, told = SimpleNamespace(axes={"pitch": before}, clock=None), list[Mapping[str, object]]()
+    watchdogs = Watchdogs(cast("OpenRig", rig), lambda _, detail: told.append(detail))
+    watchdogs.arm(lambda _: None)
+    after.is_armed = True  # the drive is the same one
+    rig.axes = {"pitch": after}
+    watchdogs.disarm()
+    assert not after.is_armed
+    assert len(told) == 1, "nothing but that it was armed"
 
 
 def test_after_a_run_an_az_waits_for_nobody(tmp_path: Path) -> None:
