@@ -110,7 +110,8 @@ def _replaced(coefficients: CoefficientSet) -> Iterator[Equipment]:
     for stated in map(table, listed(coefficients.provenance.get("replaced_devices") or [])):
         kind, _, name = str(stated["device"]).partition(".")
         count = int(number(stated["dwells"]))
-        used_for = f"{_WHAT_FOR[kind]} ({count} dwell{'' if count == 1 else 's'})"
+        what = ", ".join(map(str, listed(stated.get("used_for") or [_WHAT_FOR[kind]])))
+        used_for = f"{what} ({count} dwell{'' if count == 1 else 's'})"
         who = str(stated["identity"])
         yield Equipment(f"in the place of {name}", used_for, None, None, None, is_standard=False, identity=who)
 

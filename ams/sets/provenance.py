@@ -87,7 +87,8 @@ class Provenance:
     """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
     replaced_devices: Sequence[Mapping[str, object]] | None = None
     """Devices that took the place of one of the rig while it was measured: ``device`` (its table, ``readouts.dmm``),
-    ``identity``, and how many ``dwells`` of the design each measured; None where none did, or nobody said."""
+    ``identity``, how many ``dwells`` of the design each measured, and what a readout or a stream was ``used_for``
+    (``outputs``, ``temperature``, ``supply``, ``attitude``); None where none did, or nobody said."""
     level: Mapping[str, object] | None = None
     chain: Mapping[str, object] | None = None
     job: Mapping[str, object] | None = None

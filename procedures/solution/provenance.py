@@ -186,15 +186,37 @@ def _readouts(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, Any]]:
 
 
 def _replaced(sensor: Sensor, record: RunRecord) -> list[dict[str, object]] | None:
-    """Return every device that measured in the place of the one that a run began with; None where none did."""
-    read_by = {channel.partition(".")[0] for channel in sensor.channels.values()}
-    found = [
-        {"device": device, "identity": tenure.identity, "dwells": len(tenure.steps)}
-        for device, held in record.tenures.items()
-        if not device.startswith(("readouts.", "streams.")) or device.partition(".")[2] in read_by
-        for tenure in held[1:]
-    ]
+    """Return every device that measured in the place of the one that a run began with; None where none did.
+
+    Of readouts and streams those that the numbers of this sensor rest on, with what they were ``used_for``.
+    """
+    read_for = _read_for(sensor, record)
+    found: list[dict[str, object]] = []
+    for device, held in record.tenures.items():
+        table, _, name = device.partition(".")
+        is_read = table in ("readouts", "streams")
+        if is_read and name not in read_for:
+            continue
+        used_for = {"used_for": read_for[name]} if is_read else {}
+        found += [{"device": device, "identity": it.identity, "dwells": len(it.steps), **used_for} for it in held[1:]]
     return found or None
+
+
+def _read_for(sensor: Sensor, record: RunRecord) -> dict[str, list[str]]:
+    """Return, by readout or stream, what of this sensor it told: outputs, temperature, supply, attitude."""
+    chain, reference = record.rig.chain, record.plan.attitude_reference
+    supplies = (chain[channel].supply_channel for channel in _chained(sensor, record.rig))
+    roles: dict[str, Iterable[str | None]] = {
+        "outputs": sensor.channels.values(),
+        "temperature": () if sensor.temperature is None else (sensor.temperature.channel,),
+        "supply": supplies,
+        "attitude": () if reference is None else reference.channels.values(),
+    }
+    found: dict[str, list[str]] = {}
+    for role, channels in roles.items():
+        for name in dict.fromkeys(channel.partition(".")[0] for channel in channels if channel is not None):
+            found.setdefault(name, []).append(role)
+    return found
 
 
 def _supplies(sensor: Sensor, record: RunRecord) -> dict[str, dict[str, float]]:
