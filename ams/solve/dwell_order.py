@@ -6,6 +6,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import known, remembered
+from ams.solve.indices import is_back
 from ams.solve.layout import Layout
 
 SETTLES_IN: Final = 1.0 / 12.0
@@ -42,13 +43,16 @@ def order_repeats(order: IntArray, layout: Layout) -> bool:
 
 @remembered(16)
 def attitudes_repeat(layout: Layout, *angles_rad: FloatArray) -> bool:
-    """Return whether every replication has all points at exactly the same (N,) angles, however the rows are sorted."""
+    """Return whether every replication has all points at the same (N,) angles, however the rows are sorted.
+
+    But for what an axis that comes back reads otherwise: no effect of the order is estimated from so little.
+    """
     if not layout.is_complete:
         return False
     by_dwell = np.empty((layout.rows, len(angles_rad)))
     by_dwell[layout.dwell] = np.stack(angles_rad, axis=1)
     by_replication = by_dwell.reshape(layout.replications, -1)
-    return bool(np.all(by_replication == by_replication[0]))
+    return bool(np.all(is_back(by_replication, by_replication[0])))
 
 
 @remembered(16)

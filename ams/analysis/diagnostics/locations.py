@@ -22,6 +22,8 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import LEAST_DOF, PointMeans, independent
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
+from ams.solve.indices import index_around, index_of
+from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 
 _FEWEST_INDICES: Final = 5
@@ -342,28 +344,23 @@ def _with_others(best: _Candidate, made: Sequence[_Candidate], points: int) -> L
 
 
 def _indices(evidence: Evidence) -> _Indices:
-    layout, rows = evidence.layout, evidence.rows
-    return _indices_of(layout.mean_by_point(rows.pitch_rad), _by_first(evidence))
-
-
-def _by_first(evidence: Evidence) -> FloatArray:
-    """Return (K,) the roll of the first row of every point: a mean would lie between −180° and 180°."""
-    layout = evidence.layout
-    first = np.zeros(layout.points)
-    first[layout.point[::-1]] = evidence.rows.roll_rad[::-1]
-    return first
+    return _indices_of(evidence.layout, evidence.rows.pitch_rad, evidence.rows.roll_rad)
 
 
 @remembered(16)
-def _indices_of(pitch_rad: FloatArray, roll_rad: FloatArray) -> _Indices:
+def _indices_of(layout: Layout, pitch_rad: FloatArray, roll_rad: FloatArray) -> _Indices:
+    """Return the indices of (N,) angles, which may be as an axis or a reference reads them."""
+    # Of the roll no mean of its angles: of −180° and 180° that is zero.
+    roll = np.arctan2(layout.mean_by_point(np.sin(roll_rad)), layout.mean_by_point(np.cos(roll_rad)))
     found = []
-    pitch = np.round(np.rad2deg(pitch_rad), 4) + 0.0
-    roll = np.round(np.rad2deg(np.arctan2(np.sin(roll_rad), np.cos(roll_rad))), 4) + 0.0
-    roll = np.where(roll == 180.0, -180.0, roll)
-    for axis, stood in (("pitch", pitch), ("roll", roll)):
-        values = np.unique(stood)
-        if values.size >= _FEWEST_INDICES:
-            of_axis = [_Index(axis, float(value), stood == value) for value in values]
-            found += [index for index in of_axis if index.points.sum() > 1]
-    columns = np.array([index.points for index in found], dtype=float).reshape(len(found), pitch.size).T
+    for axis, (index, mean) in (
+        ("pitch", index_of(layout.mean_by_point(pitch_rad))),
+        ("roll", index_around(roll)),
+    ):
+        mean_deg = np.round(np.rad2deg(mean), 4) + 0.0
+        mean_deg = np.where(mean_deg == 180.0, -180.0, mean_deg) if axis == "roll" else mean_deg
+        if mean.size >= _FEWEST_INDICES:
+            of_axis = [_Index(axis, float(mean_deg[at]), index == at) for at in np.argsort(mean_deg)]
+            found += [stood for stood in of_axis if stood.points.sum() > 1]
+    columns = np.array([stood.points for stood in found], dtype=float).reshape(len(found), roll.size).T
     return _Indices(tuple(found), columns, columns.sum(axis=0))

@@ -15,14 +15,13 @@ from ams.calibration.together.in_step_found import WAVES
 from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.dwell_order import attitudes_repeat, order_repeats, rows_in_time
+from ams.solve.indices import has_moved
 from ams.solve.layout import Layout
 
 SAME_ORDER: Final = "the order of the points is the same in every replication"
 """How the remark begins."""
 PASSES_FOR_TERMS: Final = 0.5
 """Correlation from which on it is said."""
-_MOVED_RAD: Final = 1e-4
-"""What indices read otherwise on coming back is less."""
 _SHORTEST_ROW: Final = 3.0
 """Dwells to a move of the slower axis, on average."""
 _ROUNDING: Final = 1e-9
@@ -50,7 +49,7 @@ def row_correlation(terms: FloatArray, pitch_rad: FloatArray, roll_rad: FloatArr
     phase, or an even course from its first dwell to its last. ``terms``: (K, P) at the points, ``pitch_rad`` and
     ``roll_rad`` (K,), all as every replication visits them. (0, 0) where an order has no rows.
     """
-    moves = [np.abs(np.diff(angle)) > _MOVED_RAD for angle in (pitch_rad, roll_rad)]
+    moves = [has_moved(angle) for angle in (pitch_rad, roll_rad)]
     slower = min(moves, key=np.count_nonzero)
     row = np.concatenate([[0], np.cumsum(slower)])
     lengths = np.bincount(row)

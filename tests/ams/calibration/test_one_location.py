@@ -4,6 +4,7 @@ Scenes of ``index_scenes``: 7 × 8 points in four replications, three axes, 8 µ
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from ams.calibration_result import Calibration
 from ams.findings import Finding
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import NONLINEARITY, SharedError
+from ams.observations import Observations
 
 SMALL = {"pitch_count": 7, "roll_count": 8, "replications": 4}
 COUNT = 8
@@ -69,6 +71,32 @@ def test_a_lack_of_fit_that_goes_alike_over_an_index_is_not_contained() -> None:
         assert solved.verdict == "not usable"
         assert texts
         assert not any(CONTAINED in text for text in texts)
+
+
+def _read_back(drawn: Campaign, index: int, jitter_deg: float) -> Observations:
+    """Return the rows of a campaign whose axes stand a little otherwise each time, and are read so."""
+    rows, chance = rows_of_package(drawn, index), np.random.default_rng(index)
+    planned = rows.pitch_rad, rows.roll_rad
+    stood = [angle + np.deg2rad(jitter_deg) * chance.standard_normal(angle.size) for angle in planned]
+    true_v = [drawn.true_output_v(*map(np.rad2deg, angles))[index, :, 0] for angles in (stood, planned)]
+    moved_v = dict(zip("xyz", (true_v[0] - true_v[1]).T, strict=True))
+    outputs = {axis: output + moved_v[axis] for axis, output in rows.outputs.items()}
+    return replace(rows, pitch_rad=stood[0], roll_rad=np.angle(np.exp(1j * stood[1])), outputs=outputs)
+
+
+@pytest.mark.parametrize(
+    ("scene", "size", "campaign", "jitter_deg"),
+    [("output-at-pitch", 50.0, 0, 0.001), ("output-at-pitch", 50.0, 0, 0.02), ("wave-along-pitch", 30.0, 1, 0.002)],
+)
+def test_what_is_alike_over_an_index_is_told_of_angles_as_they_are_read_back(
+    scene: str, size: float, campaign: int, jitter_deg: float
+) -> None:
+    rows = _read_back(_drawn(scene, size), campaign, jitter_deg)
+    solved = calibrate(rows, CalibrationRequest(table=table_of(1.0)))
+    at_a_location, lack = _told(solved, AT_A_LOCATION), _told(solved, LACK_OF_FIT)
+    assert solved.verdict == "not usable"
+    assert at_a_location if scene == "output-at-pitch" else lack
+    assert not any(CONTAINED in said.text for said in (*at_a_location, *lack))
 
 
 def test_errors_that_differ_from_attitude_to_attitude_are_contained() -> None:

@@ -19,14 +19,13 @@ from ams.arrays import FloatArray, IntArray
 from ams.frames import AXES
 from ams.remembered import remembered
 from ams.solve.dwell_order import settling_of_rows
+from ams.solve.indices import has_moved
 from ams.solve.layout import Layout
 
 _FADES_IN: Final = 2.0
 """Dwells. It has 0.85 and more in common with those from a third of it to three times it, in rows of a dozen."""
 _SHORTEST_ROW: Final = 3.0
 """Dwells to a move, on average."""
-_MOVED_RAD: Final = 1e-4
-"""What indices read otherwise on coming back is less."""
 
 
 def left_by_order(evidence: Evidence, base: Accelerometer | None, spared: int) -> FloatArray:
@@ -88,7 +87,7 @@ def _held_across(force: FloatArray, order: IntArray, layout: Layout, nominal_axi
 def _after_moves(pitch_rad: FloatArray, roll_rad: FloatArray, order: IntArray, layout: Layout) -> FloatArray:
     """Return (N,) what fades from the first dwell after every move of the slower axis; nothing where none is slow."""
     begins = np.append(True, np.diff(layout.replication[order]) != 0)
-    moves = [np.append(False, np.abs(np.diff(angle[order])) > _MOVED_RAD) & ~begins for angle in (pitch_rad, roll_rad)]
+    moves = [np.append(False, has_moved(angle[order])) & ~begins for angle in (pitch_rad, roll_rad)]
     seldom = min(moves, key=np.count_nonzero)
     if not 0 < _SHORTEST_ROW * (int(np.count_nonzero(seldom)) + layout.replications) <= order.size:
         return np.zeros(order.size)

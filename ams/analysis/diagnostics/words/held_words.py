@@ -113,8 +113,7 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     alike_over = _alike_axes(significant)
     lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
-        is_large=not alike_over
-        and any(not lack.is_held and lack.details.get("test") == LACK_OF_FIT for lack in significant),
+        is_large=any(_TOO_LARGE.fact in lack.text for lack in significant if lack.details.get("test") == LACK_OF_FIT),
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
         is_of_order=not tests.isdisjoint(OF_THE_ORDER),

@@ -16,8 +16,11 @@ PITCH_DEG, ROLL_DEG = np.arange(-75.0, 76.0, 25.0), np.arange(-180.0, 180.0, 45.
 REPLICATIONS, DWELL_S = 4, 30.0
 
 
-def _measured(by_chance: bool, wave_v: float = 0.0) -> Observations:
-    """A three-axis package, roll by roll, pitch there and back; a wave of one period a replication on all outputs."""
+def _measured(by_chance: bool, wave_v: float = 0.0, jitter_deg: float = 0.0) -> Observations:
+    """A three-axis package, roll by roll, pitch there and back; a wave of one period a replication on all outputs.
+
+    ``jitter_deg``: standard deviation of what the axes stand and are read otherwise each time.
+    """
     chance = np.random.default_rng(4)
     grid = [
         (pitch, roll) for row, roll in enumerate(ROLL_DEG) for pitch in (PITCH_DEG if row % 2 == 0 else PITCH_DEG[::-1])
@@ -31,6 +34,7 @@ def _measured(by_chance: bool, wave_v: float = 0.0) -> Observations:
             chance.shuffle(order)
         rows += [(replication, points[at], *np.radians(at)) for at in order]
     replication, point, pitch, roll = np.array(rows).T
+    pitch, roll = (angle + np.deg2rad(jitter_deg) * chance.normal(size=len(rows)) for angle in (pitch, roll))
     phase = 2.0 * np.pi * (np.arange(len(rows)) % len(grid)) / len(grid)
     force = {"x": -np.sin(pitch), "y": np.cos(pitch) * np.sin(roll), "z": np.cos(pitch) * np.cos(roll)}
     outputs = {
@@ -66,6 +70,25 @@ def test_an_order_that_repeats_says_how_much_of_what_comes_back_it_hides() -> No
             left = wave - terms.T @ np.linalg.lstsq(terms.T, wave, rcond=None)[0]
             largest = max(largest, float(np.sqrt(1.0 - left @ left / (wave @ wave))))
     assert float(said.partition("correlation up to ")[2][:4]) == pytest.approx(largest, abs=0.006)
+
+
+@pytest.mark.parametrize("jitter_deg", [1e-6, 5e-3, 0.02])
+def test_an_order_repeats_whatever_angles_are_read_otherwise(jitter_deg: float) -> None:
+    (exact,), (said,) = _hidden(_measured(by_chance=False)), _hidden(_measured(by_chance=False, jitter_deg=jitter_deg))
+    assert said == exact
+    assert _hidden(_measured(by_chance=True, jitter_deg=jitter_deg)) == []
+
+
+@pytest.mark.parametrize("jitter_deg", [5e-3, 0.02])
+def test_rows_are_those_of_the_design_whatever_angles_are_read_otherwise(jitter_deg: float) -> None:
+    chance = np.random.default_rng(3)
+    pitch, roll = np.deg2rad([(a, r) for a in PITCH_DEG for r in ROLL_DEG]).T
+    terms = np.stack(
+        [np.ones_like(pitch), np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=1
+    )
+    read = (angle + np.deg2rad(jitter_deg) * chance.normal(size=angle.size) for angle in (pitch, roll))
+    assert row_correlation(terms, *read) == row_correlation(terms, pitch, roll)
+    assert row_correlation(terms, pitch, roll)[1] == ROLL_DEG.size
 
 
 def _taken(terms: FloatArray, course: FloatArray) -> float:
