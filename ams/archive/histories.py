@@ -122,11 +122,11 @@ def without_shared(population: Population, shared: Sequence[SharedChange]) -> Po
 
 
 def _of_its_runs(shared: Sequence[SharedChange], found: History) -> tuple[SharedChange, ...]:
-    """Return what changed on a rig between the first and the last calibration of a sensor there."""
+    """Return what changed on a rig between the first and last calibration of a sensor there, unless it stayed apart."""
     kept = []
     for change in shared:
         times = [label.created_utc for label in found.labels if label.rig == change.rig]
-        if times and min(times) < change.since_utc <= max(times):
+        if found.sensor not in change.apart and times and min(times) < change.since_utc <= max(times):
             kept.append(change)
     return tuple(kept)
 

@@ -60,6 +60,8 @@ class Chart:
 
     name: str
     value: FloatArray
+    shared: FloatArray
+    """What of the value all sensors of its runs changed alike: the meter's, and in no judgement of the sensor."""
     standard_uncertainty: FloatArray
     """Of the calibrations themselves."""
     prediction_low: FloatArray
@@ -237,12 +239,13 @@ class _Watch:
         scatter, scale = regime.scatter, found.scale[rows.start : rows.start + 1]
         has_rate = len(regime.members) >= LEAST_POINTS_OF_DRIFT
         slope, spread = regime.slopes
-        shared = 0.0 if self.population.shared_rad is None else self.population.shared_rad[rows]
+        shared = np.zeros_like(self.low) if self.population.shared_rad is None else self.population.shared_rad[rows]
         low, high, centre = ((part + shared) * scale for part in (self.low, self.high, self.centre))
         return tuple(
             Chart(
                 name,
                 found.value[rows, index],
+                shared[:, index] * scale[0, index],
                 found.standard_uncertainty[rows, index],
                 low[:, index],
                 high[:, index],

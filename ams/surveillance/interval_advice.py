@@ -4,7 +4,8 @@ The interval is the longest after which, by rate and scatter, every characterist
 allowed: (|rate| + t·u(rate))·Δt + t·√2·s ≤ limit, all as angles, 95 %; t is Student's, by the degrees of freedom that
 the scatter s is known by. It is never changed by more than a factor of two at once, and a step halves it, as does a
 change beyond the limit from one calibration to the next where no rate is known; where half the interval is still too
-long, the sentence says so. It is advice to the sensor's owner and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
+long, the sentence says so. What all sensors of a run changed alike is in none of it. It is advice to the sensor's owner
+and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
 """
 
 from dataclasses import dataclass
@@ -64,7 +65,9 @@ def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None
 
 
 def _newest_change_deg(chart: Chart) -> float:
-    return float(abs(chart.value[-1] - chart.value[-2])) * chart.deg_per_unit
+    """Return the newest change without what the meter did: a shorter interval of the sensor mends no meter."""
+    of_sensor = chart.value - chart.shared
+    return float(abs(of_sensor[-1] - of_sensor[-2])) * chart.deg_per_unit
 
 
 def _reason(worst: str, months: float, current: float, limit_deg: float, scatter_deg: float) -> str:

@@ -9,13 +9,17 @@ every sensor that was calibrated on the rig before, the rotation from check sens
 remounted. Run by run the changes d_s since each sensor's last calibration on this rig are fitted by one common part,
 d_s = c_s·μ + e_s, where c_s is 1 for gain and rotation and goes as 1 / sensitivity for an offset of the meter in volts.
 
-1. A sensor that does not do what the others do is taken out, the farthest first, while more than half are left.
+1. Begun from those more than half of the sensors that lie closest together, the next nearest is taken in while it does
+   what these do; who does otherwise stays apart. So sensors that are off never widen what they are held against.
 2. The scatter of e is what the sensors that agree differ by, in this run and the ones before; it is never less than
    their certificates state. μ is held against Student's t of it.
-3. Where five runs or more tell how much the meter wanders from run to run, μ is held against that as well, by the
+3. Where those that agree differ by more than the runs before foretell (F), no majority did alike, and nothing is told
+   of the run. Of the runs before those count that agree in the same way, from the quieter half outward.
+4. Where five runs or more tell how much the meter wanders from run to run, μ is held against that as well, by the
    median so that one change does not hide the next: a meter that always does so has not changed.
 
-What is told is taken out of all that this rig calibrated since, before the next run is looked at.
+What is told is taken out of all that this rig calibrated since, but of the sensors that stayed apart, before the next
+run is looked at.
 
 The watch of a run (:mod:`ams.surveillance.common_mode`) fits the same causes to readings at visits, whose scatter it
 knows; between calibrations there are no readings, and the scatter has to be learned over the years.
@@ -28,7 +32,7 @@ from datetime import datetime
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_quantile
 from ams.statistics.intervals import t_quantile
 from ams.surveillance.check_components import (
     METER_GAIN,
@@ -68,6 +72,8 @@ class SharedChange:
     standard_uncertainty_rad: float
     sensors: tuple[str, ...]
     """That did so."""
+    apart: tuple[str, ...]
+    """Of that run, and did otherwise: the change is in nothing of theirs."""
     sentence: str
 
 
@@ -88,7 +94,7 @@ def taken_out_rad(population: Population, changes: Sequence[SharedChange]) -> Fl
     for change in changes:
         rows = np.array(
             [
-                time >= change.since_utc and label.rig == change.rig
+                time >= change.since_utc and label.rig == change.rig and label.sensor not in change.apart
                 for time, label in zip(times, population.labels, strict=True)
             ]
         )
@@ -160,7 +166,8 @@ class _Watch:
     ) -> None:
         self.labels, self.rig, self.name = population.labels, rig, name
         self.values, self.column, self.stated, self.counts = values.copy(), column, stated, counts
-        self.squares, self.dof = 0.0, 0.0
+        self.scatters: list[_Scatter] = []
+        """Of every run that was judged."""
         self.wander: list[float] = []
 
     def changes(self) -> Iterator[SharedChange]:
@@ -180,15 +187,17 @@ class _Watch:
             return None
         change, column = self.values[later] - self.values[later - 1], self.column[later]
         stated = self.stated[later] + self.stated[later - 1]
-        agree = self._agreeing(change, column, stated)
-        fit = _Fit(change[agree], column[agree], self.squares, self.dof, float(stated[agree].mean()))
+        before = _of_quiet_runs(self.scatters, float(stated.mean()))
+        agree = _agreeing(change, column, before)
+        fit = _Fit(change[agree], column[agree], before)
+        self.scatters.append(_Scatter(fit.squares, fit.dof))
+        if not before.foretells(self.scatters[-1]):
+            return None
         level = LEVEL / (2 + len(_TILTS))
         is_seen = abs(fit.size) > fit.limit(level)
         if is_seen and len(self.wander) >= LEAST_WANDER:
             usual = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(self.wander)))
             is_seen = abs(fit.size) > float(t_quantile(1.0 - USUAL_LEVEL, PAIR_EFFICIENCY * len(self.wander))) * usual
-        self.squares += PAIR_EFFICIENCY * fit.squares
-        self.dof += PAIR_EFFICIENCY * fit.dof
         self.wander.append(fit.size)
         return self._shared(run_id, rows, later, agree, fit) if is_seen else None
 
@@ -196,10 +205,17 @@ class _Watch:
         self, run_id: str, rows: Sequence[int], later: "np.typing.NDArray[np.int64]", agree: BoolArray, fit: "_Fit"
     ) -> SharedChange:
         since = min(self.labels[index].created_utc for index in rows)
-        after = np.array([label.rig == self.rig and label.created_utc >= since for label in self.labels], dtype=bool)
-        self.values[after] -= fit.size * self.column[after]
         names = [self.labels[index].sensor for index in later]
         alike_names = tuple(name for name, agrees in zip(names, agree, strict=True) if agrees)
+        apart = tuple(name for name in names if name not in alike_names)
+        after = np.array(
+            [
+                label.rig == self.rig and label.created_utc >= since and label.sensor not in apart
+                for label in self.labels
+            ],
+            dtype=bool,
+        )
+        self.values[after] -= fit.size * self.column[after]
         who = who_agree(alike_names, names)
         size, spread = float(np.degrees(fit.size)), float(np.degrees(fit.error))
         what = f"at {since:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
@@ -210,7 +226,7 @@ class _Watch:
                 f"{what}: {who} of that run changed alike since their own last calibrations: the meter, or what all of "
                 "them share (supply, temperature), not the sensors"
             )
-        return SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, said)
+        return SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, apart, said)
 
     def _follows(self, index: int) -> bool:
         """Return whether the sensor was calibrated on this rig before, and tells this component."""
@@ -219,35 +235,83 @@ class _Watch:
         before, label = self.labels[index - 1], self.labels[index]
         return before.sensor == label.sensor and before.rig == label.rig
 
-    def _agreeing(self, change: FloatArray, column: FloatArray, stated: FloatArray) -> BoolArray:
-        """Return (m,) which sensors do alike: the farthest is taken out while more than half are left."""
-        agree = np.ones(change.size, dtype=bool)
-        while agree.sum() >= 3 and 2 * (int(agree.sum()) - 1) > change.size:
-            middle = np.median(change[agree] / column[agree])
-            away = np.where(agree, np.abs(change - column * middle), -np.inf)
-            rest = agree.copy()
-            rest[int(np.argmax(away))] = False
-            fit = _Fit(change[rest], column[rest], self.squares, self.dof, float(stated[rest].mean()))
-            off = float(np.abs(change - column * fit.size)[agree & ~rest].item())
-            limit = float(t_quantile(1.0 - LEVEL / change.size, fit.all_dof)) * np.sqrt(fit.variance)
-            if off <= limit * np.sqrt(1.0 + 1.0 / rest.sum()):
-                break
-            agree = rest
-        return agree
+
+@dataclass(frozen=True)
+class _Scatter:
+    """How far changes differ among one another."""
+
+    squares: float
+    dof: float
+    least: float = 0.0
+    """Variance that the certificates state: it is never less."""
+
+    @property
+    def variance(self) -> float:
+        return max(self.squares / self.dof, self.least)
+
+    def foretells(self, later: "_Scatter") -> bool:
+        """Return whether another run differs by no more; True where nothing is known."""
+        if self.dof == 0.0:
+            return True
+        return later.squares <= self.variance * later.dof * float(f_quantile(1.0 - LEVEL, later.dof, self.dof))
+
+
+def _of_quiet_runs(scatters: Sequence[_Scatter], least: float) -> _Scatter:
+    """Return the scatter of the quieter more than half of the runs, and of each noisier one while these foretell it.
+
+    A run with a step in it would widen what all runs after it are held against.
+    """
+    if not scatters:
+        return _Scatter(0.0, 0.0, least)
+    ordered = sorted(scatters, key=lambda scatter: scatter.squares / scatter.dof)
+    squares, dof = np.array([(scatter.squares, scatter.dof) for scatter in ordered]).T
+    known_squares, known_dof = PAIR_EFFICIENCY * squares.cumsum(), PAIR_EFFICIENCY * dof.cumsum()
+    last = len(ordered) // 2
+    quieter, noisier = slice(last, -1), slice(last + 1, None)
+    variance = np.maximum(known_squares[quieter] / known_dof[quieter], least)
+    limit = variance * dof[noisier] * f_quantile(1.0 - LEVEL, dof[noisier], known_dof[quieter])
+    last += int(np.argmax([*(squares[noisier] > limit), True]))
+    return _Scatter(float(known_squares[last]), float(known_dof[last]), least)
+
+
+def _agreeing(change: FloatArray, column: FloatArray, before: _Scatter) -> BoolArray:
+    """Return (m,) which sensors do alike: from the closest majority outward, while the next does what these do."""
+    agree = _closest_majority(change, column)
+    while not agree.all():
+        fit = _Fit(change[agree], column[agree], before)
+        away = np.where(agree, np.inf, np.abs(change - column * fit.size))
+        nearest = int(np.argmin(away))
+        limit = float(t_quantile(1.0 - LEVEL / change.size, fit.all_dof)) * np.sqrt(fit.variance)
+        if away[nearest] > limit * np.sqrt(1.0 + 1.0 / agree.sum()):
+            break
+        agree[nearest] = True
+    return agree
+
+
+def _closest_majority(change: FloatArray, column: FloatArray) -> BoolArray:
+    """Return (m,) which more than half of the changes have the least squares about their common part.
+
+    Source: least trimmed squares, P. J. Rousseeuw, J. Am. Stat. Assoc. 79 (1984) 871: along the order of one parameter
+    they are neighbours.
+    """
+    order, count = np.argsort(change / column), change.size // 2 + 1
+    parts = [order[first : first + count] for first in range(change.size - count + 1)]
+    agree = np.zeros(change.size, dtype=bool)
+    agree[min(parts, key=lambda part: _Fit(change[part], column[part], _Scatter(0.0, 0.0)).squares)] = True
+    return agree
 
 
 class _Fit:
     """The common part of m changes, and the scatter of one."""
 
-    def __init__(
-        self, change: FloatArray, column: FloatArray, squares_before: float, dof_before: float, stated: float
-    ) -> None:
+    def __init__(self, change: FloatArray, column: FloatArray, before: _Scatter) -> None:
         weight = float(column @ column)
         self.size = float(column @ change) / weight
         self.squares = float(((change - column * self.size) ** 2).sum())
         self.dof = float(change.size - 1)
-        self.all_dof = self.dof + dof_before
-        self.variance = max((self.squares + squares_before) / self.all_dof, stated, float(np.finfo(float).tiny))
+        self.all_dof = self.dof + before.dof
+        pooled = (self.squares + before.squares) / self.all_dof
+        self.variance = max(pooled, before.least, float(np.finfo(float).tiny))
         self.error = float(np.sqrt(self.variance / weight))
 
     def limit(self, level: float) -> float:

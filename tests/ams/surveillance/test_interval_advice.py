@@ -49,7 +49,8 @@ def test_a_scatter_that_is_known_by_few_calibrations_shortens_the_interval_by_st
     deg = 1.0 / 3600.0
     chart = Chart(
         "sensitivity_v_per_g.x",
-        value=nothing, standard_uncertainty=nothing, prediction_low=nothing, prediction_high=nothing, centre=nothing,
+        value=nothing, shared=nothing, standard_uncertainty=nothing, prediction_low=nothing, prediction_high=nothing,
+        centre=nothing,
         scatter=2.0 * deg, scatter_dof=dof, is_alarm=never,
         rate_per_year=-10.0 * deg, rate_standard_uncertainty=deg, deg_per_unit=1.0,
     )  # fmt: skip
@@ -71,14 +72,15 @@ def test_a_sensor_alone_knows_its_scatter_by_its_calibrations_less_the_two_of_a_
 
 
 def _history_of(
-    rate_deg: float, scatter_deg: float, values_deg: tuple[float, ...], *, is_rated: bool = True
+    rate_deg: float, scatter_deg: float, values_deg: tuple[float, ...], *, is_rated: bool = True, meter_deg: float = 0.0
 ) -> History:
-    """Return a history of yearly calibrations with one chart in degrees."""
+    """Return a history of yearly calibrations with one chart in degrees; the meter changed before the last."""
     count = len(values_deg)
     labels = tuple(replace(LABEL, created_utc=LABEL.created_utc + timedelta(days=365 * at)) for at in range(count))
     nothing, never = np.full(count, np.nan), np.zeros(count, dtype=bool)
     chart = Chart(
-        "offset_v.x", value=np.array(values_deg), standard_uncertainty=nothing, prediction_low=nothing,
+        "offset_v.x", value=np.array(values_deg), shared=meter_deg * (np.arange(count) == count - 1),
+        standard_uncertainty=nothing, prediction_low=nothing,
         prediction_high=nothing, centre=nothing, scatter=scatter_deg, scatter_dof=1000.0, is_alarm=never,
         rate_per_year=rate_deg if is_rated else None, rate_standard_uncertainty=0.0 if is_rated else None,
         deg_per_unit=1.0,
@@ -110,3 +112,13 @@ def test_a_change_beyond_the_limit_is_told_before_a_rate_is_known() -> None:
     kept = advise_interval(_history_of(0.0, 0.0, (0.0, 0.01), is_rated=False), 0.02)
     assert kept is not None
     assert kept.months == 12
+
+
+def test_a_change_of_the_meter_is_no_reason_to_shorten_a_sensors_interval() -> None:
+    """0.17° of 0.172° are the meter's, as of a gain of 0.003: the sensor itself changed by 0.002°, of 0.02° allowed."""
+    advice = advise_interval(_history_of(0.0, 0.0, (0.0, 0.172), is_rated=False, meter_deg=0.17), 0.02)
+    assert advice is not None
+    assert advice.months == 12
+    itself = advise_interval(_history_of(0.0, 0.0, (0.0, 0.472), is_rated=False, meter_deg=0.17), 0.02)
+    assert itself is not None
+    assert "changed by 0.3020° since the calibration before" in itself.sentence

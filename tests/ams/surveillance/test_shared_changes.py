@@ -32,11 +32,14 @@ class Laboratory:
     checks: int = 1
     """So many of them stay mounted."""
     gain_arcsec: float = 0.0
+    moved: int | None = None
+    """So many of them, the first ones, are read with that gain, as by one of two meters; None for all."""
     offset_arcsec: float = 0.0
     """Of a package of 2.5 V/g."""
     tilt_arcsec: float = 0.0
     drop_arcsec: float = 0.0
-    """Of the last package alone."""
+    """Of the last package alone, from run ``drop_run`` on."""
+    drop_run: int = -1
     wander_arcsec: float = 0.0
     """Of the meter's gain, every year anew."""
     sensitivity: tuple[float, float] = (2.5, 2.5)
@@ -55,13 +58,16 @@ def measured(laboratory: Laboratory, seed: int) -> Population:
     signs = np.array([[1.0], [-1.0 if laboratory.is_reversed else 1.0], [1.0]])
     for run in range(laboratory.runs):
         is_last = run == laboratory.runs - 1
-        gain = laboratory.wander_arcsec * chance.standard_normal() + laboratory.gain_arcsec * is_last
-        for name in names:
+        wander = laboratory.wander_arcsec * chance.standard_normal()
+        for place, name in enumerate(names):
+            is_moved = is_last and (laboratory.moved is None or place < laboratory.moved)
+            gain = wander + laboratory.gain_arcsec * is_moved
             offset, k, scale = levels[name]
             stays = name.startswith("CHECK")
             turn = [0.0, laboratory.tilt_arcsec * is_last, 0.0] if stays else chance.normal(0.0, REMOUNT_ARCSEC, 3)
             day = chance.normal([0.0, gain], DAY_ARCSEC, (3, 2))
-            day[:, 1] += laboratory.drop_arcsec * (is_last and name == names[-1])
+            is_dropped = run >= laboratory.drop_run % laboratory.runs
+            day[:, 1] += laboratory.drop_arcsec * (is_dropped and name == names[-1])
             primary = np.hstack(
                 [
                     offset
@@ -119,7 +125,33 @@ def test_a_small_change_that_no_sensor_shows_is_told_by_all_together_from_the_se
     """Four times as large as a sensor's scatter in one axis; the first two runs of eight packages."""
     found = [shared_changes(measured(Laboratory(runs=2, gain_arcsec=8.0), seed)) for seed in range(20)]
     assert sum({change.component for change in changes} == {"meter gain"} for changes in found) >= 19
-    assert all(not blamed(measured(Laboratory(runs=2, gain_arcsec=8.0), seed)) for seed in range(3))
+
+
+@pytest.mark.parametrize("gain_arcsec", [40.0, 100.0])
+@pytest.mark.parametrize("moved", [2, 3, 4, 5, 6])
+@pytest.mark.parametrize("runs", [2, 3, 8])
+def test_a_change_of_some_sensors_is_laid_to_none_that_did_not_change(
+    gain_arcsec: float, moved: int, runs: int
+) -> None:
+    """Two meters on one rig: told of those of a majority, by its size, and of nobody where neither has one."""
+    for seed in range(3):
+        population = measured(Laboratory(checks=0, runs=runs, gain_arcsec=gain_arcsec, moved=moved), seed)
+        changed = {f"SN{place}" for place in range(moved)}
+        found = shared_changes(population)
+        assert len(found) == (moved > 4)
+        for change in found:
+            assert changed - set(change.apart) == set(change.sensors)
+            assert set(change.apart) >= {f"SN{place}" for place in range(moved, 8)}
+            assert change.size_rad / RAD_PER_ARCSEC == pytest.approx(gain_arcsec, abs=4.0 * 2.0)
+        assert blamed(without(population)) <= (changed if not found else set(found[0].apart) & changed)
+
+
+def test_a_step_of_one_of_two_sensors_is_no_scatter_of_the_runs_after_it() -> None:
+    """1000″ in the third of ten runs; the meter changes by 60″ in the last, 37 times what one sensor scatters by."""
+    laboratory = Laboratory(sensors=2, checks=0, runs=10, gain_arcsec=60.0, drop_arcsec=1000.0, drop_run=2)
+    for seed in range(5):
+        (change,) = shared_changes(measured(laboratory, seed))
+        assert (change.run_id, change.sensors) == ("run-09", ("SN0", "SN1"))
 
 
 @pytest.mark.parametrize(
@@ -183,4 +215,7 @@ def test_the_archive_lays_what_the_meter_did_to_no_sensor(tmp_path: Path) -> Non
     assert change.component == "meter gain"
     assert np.degrees(change.size_rad) == pytest.approx(np.degrees(3e-4), rel=0.01)
     assert found.history.unexplained == ""
+    gains = [chart for chart in found.history.charts if chart.name.startswith("sensitivity")]
+    assert all(np.diff(chart.shared / chart.value[0]) == pytest.approx([3e-4], rel=0.01) for chart in gains)
+    assert all(chart.shared[0] == 0.0 for chart in found.history.charts)
     assert found.not_its_doing == (change.sentence,)
