@@ -145,7 +145,7 @@ class JogApp(App[None]):
 
     def _lost(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002  the signature of a handler
         self.bench.guard.lose(f"{signal.Signals(number).name}: the operator is gone")
-        if self._loop_of_screen is not None:
+        if self._loop_of_screen is not None and not self._loop_of_screen.is_closed():  # it is behind the screen
             self._loop_of_screen.call_soon_threadsafe(self.exit)
 
     def _beat(self) -> None:

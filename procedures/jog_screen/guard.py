@@ -85,7 +85,7 @@ class Guard:
         """Allow motion again, unless the operator is gone: the owner has seen every axis stand."""
         with self._lock:  # a look that is half done would take the next stop for one that was told
             self._leases.clear()
-            self._why_stop, self._is_reported = "", False
+            self._why_stop, self._is_reported = "", bool(self._lost) and self._is_reported  # for good: told once
 
     def grant(
         self, axis: str, asker: Asker, *, is_held: bool = False, is_move: bool = False, seen_s: float | None = None

@@ -16,14 +16,13 @@ from typing import IO, Any
 from procedures.errors import ExitStatus
 from procedures.jog_screen.control import Control
 from procedures.jog_screen.inferred import InferredAttitude
-from procedures.jog_screen.leaving import leave_anyway
+from procedures.jog_screen.leaving import close, leave_anyway
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.values import Asker, AxisView, BenchView, ChannelView
 from procedures.jog_screen.worker import Bench
 from procedures.numbers import finite
 from rig.assembly.open_rig import Rig
 from rig.clock import SystemClock
-from rig.motion.jog import in_doubt_in_words
 from rig.system_parts import present
 from rig.threads import begun
 
@@ -44,9 +43,10 @@ def jog_for_pages(
     out: IO[bytes],
     note: Callable[[str], None],
 ) -> ExitStatus:
-    """Serve until the bench is given back or the orders end; every axis is stopped then, and seen to stand.
+    """Serve until the bench is given back or the orders end; every axis is stopped then, and whether it stands is told.
 
-    ``orders`` is not buffered: a thread waits in it to the last. ``note`` hears why it ended where nobody gave it back.
+    ``orders`` is not buffered: a thread waits in it to the last. ``note`` hears why it ended where nobody gave it back,
+    and where not every axis was seen to stand, which is status 1.
     """
     clock = SystemClock()
     actions = ActionLog(log, clock)
@@ -64,16 +64,12 @@ def jog_for_pages(
         begun(partial(_hear, orders, control, bench), "the orders of the console")
         _tell(out, control, bench, clock)
     finally:
-        bench.close()
+        close(bench, note)
         actions.close()
         ended.set()
-    left = in_doubt_in_words(rig.motion.in_doubt(rig.axes))
-    if bench.guard.lost:
-        note(f"{bench.guard.lost}; every axis was told to stop{left}")
-        return ExitStatus.ABORTED
-    if left:
-        note(f"the bench is closed, and every axis stands still{left}")
-    return ExitStatus.DONE
+    if bench.guard.lost or not bench.last_stop.is_clean:
+        note(f"{bench.guard.lost or 'the bench is closed'}; {bench.last_stop.in_words}")
+    return bench.last_stop.exit_status(bench.guard.lost)
 
 
 def _hear(orders: IO[bytes], control: Control, bench: Bench) -> None:

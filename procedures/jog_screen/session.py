@@ -1,5 +1,6 @@
 """A session at the jog screen, from the open rig to axes that stand still."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -8,7 +9,7 @@ from procedures.errors import ExitStatus
 from procedures.jog_screen.app import JogApp, is_hung_up
 from procedures.jog_screen.heading import Heading
 from procedures.jog_screen.inferred import InferredAttitude
-from procedures.jog_screen.leaving import leave_anyway
+from procedures.jog_screen.leaving import close, leave_anyway
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.worker import Bench
 from rig.assembly.open_rig import Rig
@@ -18,9 +19,17 @@ from rig.threads import begun
 
 
 def jog_on_screen(
-    rig: Rig, rig_file: Path, log: Path, snapshots: Path, inferred: InferredAttitude | None = None
+    rig: Rig,
+    rig_file: Path,
+    log: Path,
+    snapshots: Path,
+    inferred: InferredAttitude | None,
+    note: Callable[[str], None],
 ) -> ExitStatus:
-    """Show the screen until the operator leaves; however it ends, every axis is stopped and seen to stand."""
+    """Show the screen until the operator leaves; however it ends, every axis is stopped, and ``note`` hears how it is.
+
+    Where not every axis was seen to stand the status is 1.
+    """
     clock = SystemClock()
     actions = ActionLog(log, clock)
     bench = Bench(rig, actions, Snapshots(snapshots, clock), clock, inferred)
@@ -33,12 +42,13 @@ def jog_on_screen(
         if is_hung_up():
             bench.guard.lose("the terminal is gone")
     finally:
-        bench.close()
+        close(bench, note)
         actions.close()
         ended.set()
+        note(f"{bench.last_stop.in_words}; actions are in {log}")
     if app.defect is not None and not bench.guard.lost:
         raise app.defect
-    return ExitStatus.ABORTED if bench.guard.lost else ExitStatus.DONE
+    return bench.last_stop.exit_status(bench.guard.lost)
 
 
 def _heading(rig: Rig, rig_file: Path, log: Path) -> Heading:

@@ -11,8 +11,10 @@ from queue import Empty, SimpleQueue
 from procedures.errors import ProcedureError
 from procedures.jog_screen.guard import Guard
 from procedures.jog_screen.inferred import InferredAttitude
+from procedures.jog_screen.last_stop import NOT_SEEN, StopOutcome, stopped, stopped_in_reach
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.polling import Polling
+from procedures.jog_screen.stranger_devices import difference
 from procedures.jog_screen.values import (
     AT_TERMINAL,
     MOTIONS,
@@ -34,9 +36,8 @@ from procedures.jog_screen.watchdogs import TurningWatchdogs
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
 from rig.defects import defect_text
-from rig.errors import DeviceFault, LinkLost, RequestRefused, RigError, WaitEnded
+from rig.errors import LinkLost, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
-from rig.motion.move import stop_all
 from rig.threads import BegunThread, begun
 
 SHOWN_LINES = 200
@@ -80,6 +81,8 @@ class Bench:
         self.guard.why_stop = lambda: self._polling.why_unseen() or rig.why_stop()
         self._watchdogs = TurningWatchdogs(rig, lambda text: self._tell("note", text))
         self._at_work: BegunThread | None = None
+        self.last_stop: StopOutcome = NOT_SEEN
+        """How the axes were left: to be read when it :meth:`has_ended`."""
         self._seen = BenchView((), (), ())
         """Replaced whole."""
         self._seen_s = clock.monotonic_s()
@@ -98,12 +101,20 @@ class Bench:
 
     def close(self) -> None:
         """Stop every axis, see it stand, end both threads. The rig stays open."""
-        self._is_closing = True
+        self.leave()
         if self._at_work is not None:
             self._at_work.join()
         self.guard.close()
         self._write_down()
         self._log.write("end", lost=self.guard.lost)
+
+    def leave(self) -> None:
+        """Have every axis stopped for the last time, and wait for nothing."""
+        self._is_closing = True
+
+    def has_ended(self, within_s: float) -> bool:
+        """Wait for the last stop, since the operator leaves or is gone; return whether it is over."""
+        return self._at_work is None or self._at_work.join(within_s)
 
     def ask(self, request: Request, asker: Asker = AT_TERMINAL, seen_s: float | None = None) -> None:
         """Have something done. What cannot be done now is refused in the view's lines.
@@ -174,21 +185,19 @@ class Bench:
             self._polling.awaited = "the watchdogs to be proven"
             with suppress(WaitEnded):
                 self._watchdogs.arm(self._silent_wait)
-            while not self._is_closing:
+            while not (self._is_closing or self.guard.lost):  # nobody is there who would end it
                 self._round()
         except Exception as error:  # noqa: BLE001  the rim of a thread: without it nobody looks where an axis turns to
             self.guard.lose(defect_text(error))
-        self._stop_everything("the session ended")
+        self._stop_everything("the session ended", is_last=True)
         self._watchdogs.disarm()
 
     def _round(self) -> None:
         """Do one request or one poll; what fails is told and the work goes on."""
         self._write_down()
         try:
-            if self.guard.is_stopping and not self.guard.lost:
+            if self.guard.is_stopping:
                 self._stop_everything("")
-            elif self.guard.lost:
-                self._rig.clock.sleep(min(_IDLE_S, self._rig.clock.slice_s))
             elif (taken := self._next()) is not None:
                 self._do(*taken)
             elif self._lost_line:
@@ -335,24 +344,21 @@ class Bench:
             self._rig.clock.sleep(slice_s)
             left_s -= slice_s
 
-    def _stop_everything(self, why: str) -> None:
+    def _stop_everything(self, why: str, *, is_last: bool = False) -> None:
         """Stop, see every axis stand for a second, and let nothing go on that was asked for before."""
         while self._next() is not None:
             pass
         self._waiting_motion = ""
         self._polling.awaited = "every axis to be seen at rest"
         self._publish()
-        try:
-            stop_all(self._rig.axes, self._rig.clock)
-            left = jog.in_doubt_in_words(self._rig.motion.in_doubt(self._rig.axes))
-            outcome, tone = f"every axis stands still{left}", "failed" if left else "stopped"
-        except DeviceFault as error:
-            outcome, tone = str(error), "failed"
+        outcome = stopped_in_reach(self._rig) if is_last else stopped(self._rig)
+        if is_last:
+            self.last_stop = outcome
         self._polling.all_stand()
         self._rig.heed_stop()
         self.guard.stood_still()
-        self._log.write("stopped", outcome=outcome, why=why)
-        self._tell("stopped" if tone == "stopped" else "failed", outcome)
+        self._log.write("stopped", outcome=outcome.in_words, why=why)
+        self._tell("stopped" if outcome.is_clean else "failed", outcome.in_words)
 
     def _reconnect(self) -> None:
         """Open every line anew, and see that the same devices answer."""
@@ -369,7 +375,7 @@ class Bench:
             self._lost_line = str(error)
             return
         self._lost_line = ""
-        self._strangers = _difference(self._identities, identities)
+        self._strangers = difference(self._identities, identities)
         self._tell("failed" if self._strangers else "note", self._strangers or "every line is open again")
         self._log.write("reconnected", identities=identities)
 
@@ -388,13 +394,3 @@ class Bench:
             doing=self._doing or self._polling.turning(),
             messages=self._messages,
         )
-
-
-def _difference(before: dict[str, str], now: dict[str, str]) -> str:
-    """Empty where the same devices answer as at the start."""
-    other = [
-        f"{key} was {identity!r} and is {now.get(key)!r}"
-        for key, identity in before.items()
-        if now.get(key) != identity
-    ]
-    return f"other devices answer than before: {'; '.join(other)}; put the cables right and start anew" if other else ""

@@ -1,7 +1,10 @@
 """``calrig jog``: motions and looks by hand, under the limits and the lock of the rig; alone, the jog screen."""
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Event
 from typing import Annotated, Any
 
 from cyclopts import Parameter
@@ -30,7 +33,7 @@ from rig.clock import Clock, SystemClock, VirtualClock
 from rig.description.device_settings import TWIN_PORT
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
-from rig.errors import WaitEnded
+from rig.errors import RigError, WaitEnded
 from rig.motion import jog as by_hand
 from rig.motion.jog import home, readings
 from rig.motion.standstill import stop_what_moves
@@ -109,10 +112,11 @@ def jog(
     if stop:
         document |= stop_axes(description, rig, axis)  # nobody's lease keeps anybody from a stop
         if not (read or live):
-            _tell(document, json)
+            _tell_stop(document, json)
             return ExitStatus.DONE
         wanted = []
     with (
+        _stop_told(document if stop else {}, json) as is_read,
         leased(shared_archive_url(), "jog", note) as lease,
         open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
         stoppable_wait(opened.clock) as wait,
@@ -135,11 +139,9 @@ def jog(
             assert axis is not None
             document |= {"axis": axis, "position_deg": _move(opened, axis, to, by, wait)}
         if is_reading:
-            document |= positions_document({name: device.state() for name, device in opened.axes.items()})
-            document["temperatures_degc"] = _temperatures(opened)
-            document["readings"] = _readings(opened, samples, wait)
-            document["moving"] = _moving(opened, document["positions_deg"])
+            document |= _read(opened, samples, wait)
         _tell(document, json)
+        is_read.set()
         if live:
             _follow(opened, samples, wait)
     return _ended(document)
@@ -185,10 +187,7 @@ def _screen(
                 return jog_for_pages(opened, actions, snapshots, inferred, orders, sys.stdout.buffer, note)
         from procedures.jog_screen.session import jog_on_screen  # textual: not for a single motion
 
-        status = jog_on_screen(opened, rig, actions, snapshots, inferred)
-        left = by_hand.in_doubt_in_words(opened.motion.in_doubt(opened.axes))
-    note(f"every axis stands still{left}; actions are in {actions}")
-    return status
+        return jog_on_screen(opened, rig, actions, snapshots, inferred, note)
 
 
 def _bench_clock(description: RigDescription) -> Clock:
@@ -270,7 +269,9 @@ def _turned(opened: Rig, axis: str, rate_dps: float, for_s: float, wait: Wait) -
 
 
 def _ended(document: dict[str, Any]) -> ExitStatus:
-    """Return the status, with a word on a turn that was not made as asked."""
+    """Return the status, with a word on a turn that was not made as asked; what was not read is told already."""
+    if None in document.get("temperatures_degc", {}).values():
+        return ExitStatus.FAILED
     if not (doubt := document.get("rate_doubt")):
         return ExitStatus.DONE
     note(f"{document['axis']}: {doubt}")
@@ -317,12 +318,58 @@ def _home_what_has_none(opened: Rig, moved: str | None, wait: Wait) -> None:
             home(opened, name, wait)
 
 
-def _temperatures(opened: Rig) -> dict[str, float]:
-    """Read every chamber and probe, and say which streams are not read: they are recorded over time, not on demand."""
+def _read(opened: Rig, samples: int, wait: Wait) -> dict[str, Any]:
+    """Read what axes, chambers and channels tell now."""
+    document = positions_document({name: device.state() for name, device in opened.axes.items()})
+    temperatures_degc = _temperatures(opened)
+    readings = _readings(opened, samples, wait)
+    moving = _moving(opened, document["positions_deg"])
+    return {**document, "temperatures_degc": temperatures_degc, "readings": readings, "moving": moving}
+
+
+def _temperatures(opened: Rig) -> dict[str, float | None]:
+    """Read every chamber and probe; None where one does not answer, which is said: all others are read.
+
+    It is said, too, which streams are not read: they are recorded over time, not on demand.
+    """
     for name, stream in opened.streams.items():
         channels = ", ".join(channel.rpartition(".")[2] for channel in stream.channels)
         note(f"streams.{name}: not read here ({channels}); calrig prove reads a stream")
-    return {name: environment.temperature_degc() for name, environment in opened.environments.items()}
+    found: dict[str, float | None] = {}
+    for name, environment in opened.environments.items():
+        try:
+            found[name] = environment.temperature_degc()
+        except WaitEnded:
+            raise
+        except RigError as error:
+            found[name] = None
+            note(f"{name}: not read: {error}")
+    return found
+
+
+@contextmanager
+def _stop_told(document: dict[str, Any], json: bool) -> Iterator[Event]:
+    """Tell of a stop, unless there was none: before anything is opened that may fail, to people; else where it did.
+
+    What it yields is set once the one document of JSON is printed with all that was read.
+    """
+    stop, is_read = dict(document), Event()
+    if stop and not json:
+        _tell_stop(stop, json)
+    try:
+        yield is_read
+    except BaseException:
+        if stop and json and not is_read.is_set():
+            print_json(stop)
+        raise
+
+
+def _tell_stop(document: dict[str, Any], json: bool) -> None:
+    if json:
+        print_json(document)
+        return
+    for name in document["stopped"]:
+        say(f"{name}: {position_in_words(document, name, 'stands still at ')}")
 
 
 def _tell(document: dict[str, Any], json: bool) -> None:
@@ -336,11 +383,10 @@ def _tell(document: dict[str, Any], json: bool) -> None:
         )
     if "axis" in document:
         say(f"{document['axis']}: at rest at {document['position_deg']:g}°")
-    for name in document.get("stopped", ()):
-        say(f"{name}: {position_in_words(document, name, 'stands still at ')}")
-    for name in document.get("positions_deg", {}) if "stopped" not in document else ():
-        say(f"{name:<16} {position_in_words(document, name)}")
+    for name in document.get("positions_deg", {}):
+        if name not in document.get("stopped", ()):
+            say(f"{name:<16} {position_in_words(document, name)}")
     for name, degc in document.get("temperatures_degc", {}).items():
-        say(f"{name:<16} {degc:.2f} °C")
+        say(f"{name:<16} {'does not answer' if degc is None else f'{degc:.2f} °C'}")
     for channel, reading in document.get("readings", {}).items():
         say(f"{channel:<16} {_mean(reading, with_spread=True)}   ({reading['samples']} readings)")
