@@ -8,7 +8,9 @@ from pathlib import Path
 from procedures.errors import ExitStatus
 from procedures.journal.last_words import MOVED, REPLACED, TAKES_NOTHING
 from procedures.records.states import EXIT_STATUS, State
+from rig.errors import RigError
 from rig.local_time import at_both
+from rig.motion.move import NotSeenAtRest
 
 NO_RUN = "no run"
 """The cause where it did not let one begin."""
@@ -35,6 +37,15 @@ class Ending:
             return [self.reason] if self.reason else []
         said = f": {self.reason}" if self.reason else ""
         return [f"the run was {self.state} {at_both(now_utc, to_the_second=True)}{said}"]
+
+
+def reason_of(error: Exception) -> str:
+    """Return why a run ends by an error. Whether axes stand is told by its last stop, not by one that failed before.
+
+    Such a stop, on the way out of a lost line, hides why it was sent.
+    """
+    before = error.__context__
+    return str(before if isinstance(error, NotSeenAtRest) and isinstance(before, RigError) else error)
 
 
 class RunEnds(Exception):

@@ -25,12 +25,7 @@ from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.known_devices import KnownDevices
-from procedures.journal.last_words import (
-    TAKES_NOTHING,
-    forget_last_words,
-    read_last_words,
-    refusal,
-)
+from procedures.journal.last_words import TAKES_NOTHING, forget_last_words, read_last_words, refusal
 from procedures.journal.live import LiveFile
 from procedures.journal.location import location_of
 from procedures.journal.owner import owned_since
@@ -40,7 +35,7 @@ from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import Ending, Outcome, RunEnds
+from procedures.run.ending import Ending, Outcome, RunEnds, reason_of
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import LINK, LOST, RECONNECT, TrustLost, lost_link
 from procedures.run.judgement.history import History, read_history
@@ -210,7 +205,9 @@ class _Engine:
         except FileContradicted as error:
             ending = Ending(State.TRIPPED, str(error), cause="rig file")
         except (DeviceFault, DeviceRefused, RequestRefused) as error:
-            ending = Ending(State.TRIPPED, str(error), cause=CHAMBER if isinstance(error, ChamberFault) else "device")
+            ending = Ending(
+                State.TRIPPED, reason_of(error), "", CHAMBER if isinstance(error, ChamberFault) else "device"
+            )
         except (RigError, ProcedureError) as error:
             ending = Ending(State.FAILED, str(error))
         except KeyboardInterrupt:
@@ -237,6 +234,8 @@ class _Engine:
             state, cause = _without_safety(state), cause or safe.cause
             requested = ending.requested(self._rig.clock.now_utc())
             reasons = [*requested, *safe.reasons]
+        elif safe.reopened:
+            reasons.append(safe.reopened)
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)

@@ -61,6 +61,10 @@ class Stalled(DeviceFault):
     """No progress, or not in time; the axis was told to stop."""
 
 
+class NotSeenAtRest(DeviceFault):
+    """Not every axis is known to stand still after it was told to stop."""
+
+
 class Missed(DeviceFault):
     """At rest, but lifted, or not where it was sent."""
 
@@ -245,7 +249,8 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
             failed.setdefault(what_failed[name], []).append(name)
         faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
         what = "not every axis is known to stand still" if failures else "not every axis obeyed it"
-        raise DeviceFault(f"stop: {what}: {faults}{by_guard}; use the stop button at the machine")
+        kind = NotSeenAtRest if failures else DeviceFault
+        raise kind(f"stop: {what}: {faults}{by_guard}; use the stop button at the machine")
 
 
 def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str], ran_on: dict[str, str]) -> None:

@@ -116,7 +116,7 @@ def jog(
             return ExitStatus.DONE
         wanted = []
     with (
-        _stop_told(document if stop else {}, json) as is_read,
+        _stop_first(document if stop else {}, json) as is_read,
         leased(shared_archive_url(), "jog", note) as lease,
         open_rig(description, rig_file=rig, purpose="jog", write=replace_file, claim=lease.claim) as opened,
         stoppable_wait(opened.clock) as wait,
@@ -348,7 +348,7 @@ def _temperatures(opened: Rig) -> dict[str, float | None]:
 
 
 @contextmanager
-def _stop_told(document: dict[str, Any], json: bool) -> Iterator[Event]:
+def _stop_first(document: dict[str, Any], json: bool) -> Iterator[Event]:
     """Tell of a stop, unless there was none: before anything is opened that may fail, to people; else where it did.
 
     What it yields is set once the one document of JSON is printed with all that was read.

@@ -7,7 +7,7 @@ the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`)
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from procedures.plan.plan import Plan
@@ -50,6 +50,8 @@ class Safe:
     """Axis to why nobody knows where it stands."""
     in_doubt: tuple[str, ...] = ()
     """Orders that may still move axes that were seen to stand: no machine answered them, and a stop ends none."""
+    reopened: str = ""
+    """Which line was out while an axis turned, after how long it was opened again, and that it was stopped then."""
 
     @property
     def cause(self) -> str:
@@ -61,7 +63,7 @@ class Safe:
     @property
     def reasons(self) -> tuple[str, ...]:
         """What a person is told of it as the reason of the ending, a sentence each."""
-        return *self.failures, *self.of_chamber, *self.known, *self.in_doubt
+        return *self.failures, *self.of_chamber, *self.known, *self.in_doubt, *filter(None, [self.reopened])
 
     @property
     def in_words(self) -> str:
@@ -75,7 +77,8 @@ class Safe:
         in_doubt = {"in_doubt": list(self.in_doubt)} if self.in_doubt else {}
         unknown = {"unknown": self.unknown} if self.unknown else {}
         of_axes = {"positions_deg": self.positions_deg, **unknown}
-        return {**of_axes, "failures": list(self.failures), **known, **chamber, **in_doubt}
+        reopened = {"reopened": self.reopened} if self.reopened else {}
+        return {**of_axes, "failures": list(self.failures), **known, **chamber, **in_doubt, **reopened}
 
 
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
@@ -87,9 +90,21 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
     """
     safe = _attempted(rig, plan, "" if is_open else _opened_again(rig), is_over=is_over)
     if is_open and safe.failures and out_of_reach(rig):
+        turning, since_s = [name for name in rig.axes if rig.motion.known(name).is_turn], rig.clock.monotonic_s()
         unopened = open_in_time(rig)
+        waited_s = rig.clock.monotonic_s() - since_s
         safe = _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over)
+        if not (unopened or safe.failures):
+            return replace(safe, reopened=_reopened(turning, waited_s))
     return safe
+
+
+def _reopened(turning: list[str], waited_s: float) -> str:
+    names = " and ".join(turning)
+    return (
+        f"{names} turned when its line was lost, and turned on until the line was opened again, {waited_s:.0f} s after"
+        f" the first stop that did not reach it; {names} was stopped then"
+    )
 
 
 def _attempted(rig: OpenRig, plan: Plan, unopened: str, *, is_over: bool) -> Safe:
