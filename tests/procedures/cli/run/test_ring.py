@@ -56,6 +56,12 @@ class Night:
         return (self.run / FILE).exists()
 
 
+def _heed_signals() -> None:
+    """Take back what a shell without job control does to its background: there a run ignores INT and QUIT."""
+    for number in (signal.SIGINT, signal.SIGQUIT):
+        signal.signal(number, signal.SIG_DFL)
+
+
 @contextmanager
 def a_night(folder: Path, escalate_after_min: float, stack_bytes: int | None = None) -> Iterator[Night]:
     """``stack_bytes``: what every thread of the run takes of its addresses, as ``ulimit -s`` says it."""
@@ -69,7 +75,7 @@ def a_night(folder: Path, escalate_after_min: float, stack_bytes: int | None = N
         process = subprocess.Popen(
             ["sh", "-c", f'{stacks}exec "$0" "$@"', sys.executable, "-m", "procedures.cli.main", *words],
             cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
-            env={**os.environ, **KEEPS_NO_STACKS},
+            env={**os.environ, **KEEPS_NO_STACKS}, preexec_fn=_heed_signals,
         )  # fmt: skip
 
         def is_moving() -> bool:
