@@ -44,7 +44,7 @@ from ams.surveillance.check_components import (
     variance_of_families,
 )
 from ams.surveillance.common_mode_words import who_agree
-from ams.surveillance.series import Population
+from ams.surveillance.series import PointLabel, Population
 
 LEVEL = 0.002
 """Chance of any false alarm in one run."""
@@ -76,6 +76,10 @@ class SharedChange:
     """Of that run, and did otherwise: the change is in nothing of theirs."""
     sentence: str
 
+    def reaches(self, label: PointLabel) -> bool:
+        """Return whether a calibration has it in its numbers."""
+        return label.rig == self.rig and label.created_utc >= self.since_utc and label.sensor not in self.apart
+
 
 def shared_changes(population: Population) -> tuple[SharedChange, ...]:
     """Return what the sensors of each run changed alike, the earliest first, on every rig by itself."""
@@ -89,15 +93,9 @@ def shared_changes(population: Population) -> tuple[SharedChange, ...]:
 def taken_out_rad(population: Population, changes: Sequence[SharedChange]) -> FloatArray:
     """Return (N, p) what of the population's coordinates is the meter's, by the changes that were told."""
     shared = np.zeros_like(population.coordinates)
-    times = [label.created_utc for label in population.labels]
     gain, offset = np.flatnonzero(is_gain(population)), np.flatnonzero(is_offset(population))
     for change in changes:
-        rows = np.array(
-            [
-                time >= change.since_utc and label.rig == change.rig and label.sensor not in change.apart
-                for time, label in zip(times, population.labels, strict=True)
-            ]
-        )
+        rows = np.array([change.reaches(label) for label in population.labels], dtype=bool)
         if change.component == METER_GAIN:  # which every output has as a whole, its offset too
             shared[np.ix_(rows, gain)] += change.size_rad * np.sign(population.numbers.sensitivity[rows])
             shared[np.ix_(rows, offset)] += change.size_rad * population.coordinates[np.ix_(rows, offset)]
@@ -208,14 +206,6 @@ class _Watch:
         names = [self.labels[index].sensor for index in later]
         alike_names = tuple(name for name, agrees in zip(names, agree, strict=True) if agrees)
         apart = tuple(name for name in names if name not in alike_names)
-        after = np.array(
-            [
-                label.rig == self.rig and label.created_utc >= since and label.sensor not in apart
-                for label in self.labels
-            ],
-            dtype=bool,
-        )
-        self.values[after] -= fit.size * self.column[after]
         who = who_agree(alike_names, names)
         size, spread = float(np.degrees(fit.size)), float(np.degrees(fit.error))
         what = f"at {since:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
@@ -226,7 +216,10 @@ class _Watch:
                 f"{what}: {who} of that run changed alike since their own last calibrations: the meter, or what all of "
                 "them share (supply, temperature), not the sensors"
             )
-        return SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, apart, said)
+        change = SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, apart, said)
+        after = np.array([change.reaches(label) for label in self.labels], dtype=bool)
+        self.values[after] -= fit.size * self.column[after]
+        return change
 
     def _follows(self, index: int) -> bool:
         """Return whether the sensor was calibrated on this rig before, and tells this component."""

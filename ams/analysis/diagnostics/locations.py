@@ -73,9 +73,7 @@ class Location:
     @property
     def columns(self) -> FloatArray:
         """(K, c) of what is off."""
-        if self.is_even:
-            return self.points.astype(float)[:, None]
-        return np.eye(self.points.size)[:, self.points]
+        return self.points.astype(float)[:, None] if self.is_even else _each_of(self.points)
 
 
 @dataclass(frozen=True)
@@ -277,24 +275,20 @@ class _Explained:
     @cached_property
     def of_point(self) -> FloatArray:
         """(K,) of each attitude by itself."""
-        weighed = self.weighed
-        inverse = np.divide(1.0, weighed.of_point, out=np.zeros_like(weighed.left), where=weighed.is_judged)
-        return np.asarray(weighed.left**2 * inverse)
+        return _explained_by_each(self.weighed.left, np.where(self.weighed.is_judged, self.weighed.of_point, 0.0))
 
     @cached_property
     def uneven(self) -> dict[int, tuple[FloatArray, int, float]]:
         """Of indices whose attitudes are off beyond noise: amounts, how many numbers they are, what they explain."""
         counts = self.indices.counts
         beyond = self.of_point @ self.indices.columns > counts + _OUT_OF_NOISE * np.sqrt(2.0 * counts)
-        unit = np.eye(self.of_point.size)
-        return {
-            at: self.weighed.explained(unit[:, self.indices.each[at].points]) for at in np.flatnonzero(beyond).tolist()
-        }
+        plain = np.flatnonzero(beyond).tolist()
+        return {at: self.weighed.explained(_each_of(self.indices.each[at].points)) for at in plain}
 
     def chance(self, dof: float) -> float:
         """Return the chance of as much at any location, be it one amount of it or one of each of its attitudes."""
         count, (along, squares) = len(self.indices.each), self.even
-        of_index = np.divide(along**2, squares, out=np.zeros_like(along), where=squares > 0.0)
+        of_index = _explained_by_each(along, squares)
         single = max(float(of_index.max(initial=0.0)), float(self.of_point.max(initial=0.0)))
         uneven = [(explains, numbers) for _, numbers, explains in self.uneven.values() if numbers > 1]
         single = max([single, *(explains for _, numbers, explains in self.uneven.values() if numbers == 1)])
@@ -332,7 +326,17 @@ def _has_room(location: Location, found: Sequence[Location], indices: _Indices) 
 def _best_of(weighed: _Weighed, rivals: FloatArray) -> float:
     """Return what that of (K, r) columns explains which explains most."""
     seen, squares = weighed.each(rivals, _ROUNDING)
-    return float(np.max(np.divide(seen**2, squares, out=np.zeros_like(seen), where=squares > 0.0), initial=0.0))
+    return float(np.max(_explained_by_each(seen, squares), initial=0.0))
+
+
+def _explained_by_each(seen: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return (c,) what each column explains, by what it has of y and its own square; 0 where that is 0."""
+    return np.divide(seen**2, squares, out=np.zeros_like(seen), where=squares > 0.0)
+
+
+def _each_of(points: BoolArray) -> FloatArray:
+    """Return (K, c) a column for each of the points by itself."""
+    return np.asarray(np.eye(points.size)[:, points])
 
 
 def _with_others(best: _Candidate, made: Sequence[_Candidate], points: int) -> Location:
