@@ -49,7 +49,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007")
+REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -62,7 +62,7 @@ SETS = Table(
     Column("convention", Text, nullable=False),
     Column("status", Text, nullable=False),
     Column("simulated", Boolean, nullable=False),
-    Column("run_id", Text),
+    Column("run_id", Text, index=True),
     Column("software_version", Text, nullable=False),
     Column("created_utc", UtcDateTime, nullable=False),
     Column("published_utc", UtcDateTime, nullable=False),

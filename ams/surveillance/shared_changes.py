@@ -25,11 +25,13 @@ The watch of a run (:mod:`ams.surveillance.common_mode`) fits the same causes to
 knows; between calibrations there are no readings, and the scatter has to be learned over the years.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ams.arrays import BoolArray, FloatArray
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_quantile
@@ -269,29 +271,46 @@ def _of_quiet_runs(scatters: Sequence[_Scatter], least: float) -> _Scatter:
 
 def _agreeing(change: FloatArray, column: FloatArray, before: _Scatter) -> BoolArray:
     """Return (m,) which sensors do alike: from the closest majority outward, while the next does what these do."""
-    agree = _closest_majority(change, column)
-    while not agree.all():
-        fit = _Fit(change[agree], column[agree], before)
-        away = np.where(agree, np.inf, np.abs(change - column * fit.size))
-        nearest = int(np.argmin(away))
-        limit = float(t_quantile(1.0 - LEVEL / change.size, fit.all_dof)) * np.sqrt(fit.variance)
-        if away[nearest] > limit * np.sqrt(1.0 + 1.0 / agree.sum()):
+    agree, middle = _closest_majority(change, column)
+    # From the middle of the majority, so that sums of squares lose no digits to a change that is large beside scatter.
+    change = change - column * middle
+    known = np.arange(int(agree.sum()), change.size, dtype=np.float64)
+    limits = t_quantile(1.0 - LEVEL / change.size, known + (before.dof - 1.0)) * np.sqrt(1.0 + 1.0 / known)
+    weights, moments, powers = column * column, column * change, change * change
+    weight, moment, power = (float(terms[agree].sum()) for terms in (weights, moments, powers))
+    for count, limit in zip(known.tolist(), limits.tolist(), strict=True):
+        size = moment / weight
+        away = np.abs(change - column * size)
+        away[agree] = np.inf
+        nearest = int(away.argmin())
+        if away[nearest] > limit * math.sqrt(_pooled_variance(max(power - moment * size, 0.0), count - 1.0, before)):
             break
         agree[nearest] = True
+        weight, moment, power = weight + weights[nearest], moment + moments[nearest], power + powers[nearest]
     return agree
 
 
-def _closest_majority(change: FloatArray, column: FloatArray) -> BoolArray:
-    """Return (m,) which more than half of the changes have the least squares about their common part.
+def _closest_majority(change: FloatArray, column: FloatArray) -> tuple[BoolArray, float]:
+    """Return (m,) which more than half of the changes have the least squares about their common part, and about what.
 
     Source: least trimmed squares, P. J. Rousseeuw, J. Am. Stat. Assoc. 79 (1984) 871: along the order of one parameter
-    they are neighbours.
+    they are neighbours, where all sensitivities are alike; where not, the closest neighbours are taken.
     """
-    order, count = np.argsort(change / column), change.size // 2 + 1
-    parts = [order[first : first + count] for first in range(change.size - count + 1)]
+    ratio = change / column
+    order, count = np.argsort(ratio), change.size // 2 + 1
+    middle = float(ratio[order[change.size // 2]])
+    columns, changes = sliding_window_view(column[order], count), sliding_window_view(change[order], count)
+    from_middle = changes - columns * middle
+    weight, moment = (columns * columns).sum(axis=1), (columns * from_middle).sum(axis=1)
+    first = int(((from_middle * from_middle).sum(axis=1) - moment * moment / weight).argmin())
     agree = np.zeros(change.size, dtype=bool)
-    agree[min(parts, key=lambda part: _Fit(change[part], column[part], _Scatter(0.0, 0.0)).squares)] = True
-    return agree
+    agree[order[first : first + count]] = True
+    return agree, middle + float(moment[first] / weight[first])
+
+
+def _pooled_variance(squares: float, dof: float, before: _Scatter) -> float:
+    """Return the variance of one change from a run and from those before, never less than is stated of it."""
+    return max((squares + before.squares) / (dof + before.dof), before.least, float(np.finfo(float).tiny))
 
 
 class _Fit:
@@ -303,9 +322,7 @@ class _Fit:
         self.squares = float(((change - column * self.size) ** 2).sum())
         self.dof = float(change.size - 1)
         self.all_dof = self.dof + before.dof
-        pooled = (self.squares + before.squares) / self.all_dof
-        self.variance = max(pooled, before.least, float(np.finfo(float).tiny))
-        self.error = float(np.sqrt(self.variance / weight))
+        self.error = float(np.sqrt(_pooled_variance(self.squares, self.dof, before) / weight))
 
     def limit(self, level: float) -> float:
         """Return how large the common part of sensors that did not change is at most."""

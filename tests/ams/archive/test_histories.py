@@ -1,9 +1,12 @@
 """A history of a large archive reads what it needs, and says what it would say had it read everything."""
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
+from sqlalchemy import Engine, event
 
 from ams.archive.histories import history, population_of
 from ams.archive.synthetic import Story, synthetic_archive
@@ -29,6 +32,33 @@ def test_a_history_reads_a_thousand_others_at_most_and_tells_the_same_as_all_of_
     for chart, other in zip(few.charts, all_of_them.charts, strict=True):
         np.testing.assert_array_equal(chart.prediction_high, other.prediction_high)
     assert few.findings == all_of_them.findings == ()
+
+
+def test_a_history_goes_through_no_table_of_sets_row_by_row(tmp_path: Path) -> None:
+    """What it takes grows with the sets that it reads, as SQLite's own plan of every query tells."""
+    made = synthetic_archive(np.random.default_rng(4), Story(sensors=8, years=4))
+    path, sensor = tmp_path / "archive.sqlite", made.sound[-1]
+    fill(f"sqlite:///{path}", made.population, sensor, document="")
+    asked: list[tuple[str, object]] = []
+
+    def note(*call: object) -> None:
+        _, _, statement, values, *_ = call
+        asked.append((str(statement), values))
+
+    event.listen(Engine, "before_cursor_execute", note)
+    try:
+        history(f"sqlite:///{path}", sensor)
+    finally:
+        event.remove(Engine, "before_cursor_execute", note)
+    with closing(sqlite3.connect(path)) as connection:
+        plans = [
+            step
+            for statement, values in asked
+            if statement.lstrip().startswith("SELECT")
+            for *_, step in connection.execute(f"EXPLAIN QUERY PLAN {statement}", values)  # type: ignore[arg-type]
+        ]
+    assert any(step.startswith("SEARCH sets USING INDEX") for step in plans)
+    assert [step for step in plans if step.startswith("SCAN sets") and "COVERING INDEX" not in step] == []
 
 
 def test_whose_characteristics_these_are_is_looked_for_among_all(
