@@ -15,11 +15,12 @@ d_s = c_s·μ + e_s, where c_s is 1 for gain and rotation and goes as 1 / sensit
    their certificates state. μ is held against Student's t of it.
 3. Where those that agree differ by more than the runs before foretell (F), no majority did alike, and nothing is told
    of the run. Of the runs before those count that agree in the same way, from the quieter half outward.
-4. Where five runs or more tell how much the meter wanders from run to run, μ is held against that as well, by the
-   median so that one change does not hide the next: a meter that always does so has not changed.
+4. Where five runs or more tell how much the meter wanders from run to run, every μ is held against that as well, the
+   first ones too, by the median so that one change does not hide the next: a meter that always does so has not changed,
+   and what sensors of one make do every year alike, as they age, is theirs and no meter's.
 
-What is told is taken out of all that this rig calibrated since, but of the sensors that stayed apart, before the next
-run is looked at.
+What is told, and nothing else, is taken out of all that this rig calibrated since, but of sensors that stayed apart.
+Who did so once is left as it was measured from then on: nobody knows how much of what came before is in it.
 
 The watch of a run (:mod:`ams.surveillance.common_mode`) fits the same causes to readings at visits, whose scatter it
 knows; between calibrations there are no readings, and the scatter has to be learned over the years.
@@ -75,7 +76,7 @@ class SharedChange:
     sensors: tuple[str, ...]
     """That did so."""
     apart: tuple[str, ...]
-    """Of that run, and did otherwise: the change is in nothing of theirs."""
+    """Who did otherwise, in that run or in one before: it is taken out of nothing of theirs."""
     sentence: str
 
     def reaches(self, label: PointLabel) -> bool:
@@ -169,17 +170,26 @@ class _Watch:
         self.scatters: list[_Scatter] = []
         """Of every run that was judged."""
         self.wander: list[float] = []
+        """What the sensors of each run that was judged changed alike, told or not."""
+        self.apart: dict[str, None] = {}
 
-    def changes(self) -> Iterator[SharedChange]:
-        """Yield what was changed alike, run by run."""
+    def changes(self) -> list[SharedChange]:
+        """Return what was changed alike, run by run, beyond what the meter does from run to run."""
         runs: dict[str, list[int]] = {}
         for index, label in enumerate(self.labels):
             if label.run_id is not None and label.rig == self.rig:
                 runs.setdefault(label.run_id, []).append(index)
-        for run_id in sorted(runs, key=lambda run: min(self.labels[index].created_utc for index in runs[run])):
-            change = self._judged(run_id, runs[run_id])
-            if change is not None:
-                yield change
+        order = sorted(runs, key=lambda run: min(self.labels[index].created_utc for index in runs[run]))
+        found = [self._judged(run_id, runs[run_id]) for run_id in order]
+        usual = self._usual()
+        return [change for change in found if change is not None and abs(change.size_rad) > usual]
+
+    def _usual(self) -> float:
+        """Return how much is no change, by what is done from run to run; zero where too few runs tell."""
+        if len(self.wander) < LEAST_WANDER:
+            return 0.0
+        spread = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(self.wander)))
+        return spread * float(t_quantile(1.0 - USUAL_LEVEL, PAIR_EFFICIENCY * len(self.wander)))
 
     def _judged(self, run_id: str, rows: Sequence[int]) -> SharedChange | None:
         later = np.array([index for index in rows if self._follows(index)], dtype=np.int64)
@@ -193,12 +203,8 @@ class _Watch:
         self.scatters.append(_Scatter(fit.squares, fit.dof))
         if not before.foretells(self.scatters[-1]):
             return None
-        level = LEVEL / (2 + len(_TILTS))
-        is_seen = abs(fit.size) > fit.limit(level)
-        if is_seen and len(self.wander) >= LEAST_WANDER:
-            usual = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(self.wander)))
-            is_seen = abs(fit.size) > float(t_quantile(1.0 - USUAL_LEVEL, PAIR_EFFICIENCY * len(self.wander))) * usual
         self.wander.append(fit.size)
+        is_seen = abs(fit.size) > fit.limit(LEVEL / (2 + len(_TILTS)))
         return self._shared(run_id, rows, later, agree, fit) if is_seen else None
 
     def _shared(
@@ -207,7 +213,7 @@ class _Watch:
         since = min(self.labels[index].created_utc for index in rows)
         names = [self.labels[index].sensor for index in later]
         alike_names = tuple(name for name, agrees in zip(names, agree, strict=True) if agrees)
-        apart = tuple(name for name in names if name not in alike_names)
+        self.apart |= dict.fromkeys(name for name in names if name not in alike_names)
         who = who_agree(alike_names, names)
         size, spread = float(np.degrees(fit.size)), float(np.degrees(fit.error))
         what = f"at {since:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
@@ -216,9 +222,11 @@ class _Watch:
         else:
             said = (
                 f"{what}: {who} of that run changed alike since their own last calibrations: the meter, or what all of "
-                "them share (supply, temperature), not the sensors"
+                "them share (supply, temperature, age), not one sensor by itself"
             )
-        change = SharedChange(run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, apart, said)
+        change = SharedChange(
+            run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, tuple(self.apart), said
+        )
         after = np.array([change.reaches(label) for label in self.labels], dtype=bool)
         self.values[after] -= fit.size * self.column[after]
         return change

@@ -1,5 +1,6 @@
 """What all sensors of a run changed alike is the meter's or the table's, and is laid to none of them."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
@@ -186,6 +187,58 @@ def test_a_meter_that_always_wanders_has_not_changed() -> None:
         if change.run_id > "run-05"
     ]
     assert len(late) <= 8  # of 200 runs at 1 %, the median of a few runs being what it is
+
+
+def read_otherwise(population: Population, gain_arcsec: Callable[[str, int], float]) -> Population:
+    """Multiply the sensitivities of a sensor in a run, from 0."""
+    primary = population.numbers.primary.copy()
+    for row, label in enumerate(population.labels):
+        assert label.run_id is not None
+        primary[row, :, 1:] *= 1.0 + RAD_PER_ARCSEC * gain_arcsec(label.sensor, int(label.run_id[-2:]))
+    return replace(population, numbers=replace(population.numbers, primary=primary))
+
+
+def gains_arcsec(population: Population, sensor: str) -> FloatArray:
+    """Return what a sensor is judged by: the mean change of its sensitivities since the first run."""
+    gains = population.coordinates[population.rows_of(sensor)][:, 3:6].mean(axis=1) / RAD_PER_ARCSEC
+    return np.asarray(gains - gains[0])
+
+
+@pytest.mark.parametrize("runs", [8, 10])
+@pytest.mark.parametrize("wander_arcsec", [10.0, 40.0])
+def test_a_meter_that_always_wanders_is_laid_to_no_sensor_more_than_if_nothing_were_taken_out(
+    runs: int, wander_arcsec: float
+) -> None:
+    """Taken out of the first runs and left in those after, it was laid to up to 94 % of sound sensors."""
+    laboratory = Laboratory(sensors=6, checks=0, runs=runs, wander_arcsec=wander_arcsec)
+    histories = [measured(laboratory, seed) for seed in range(6)]
+    raw, judged = (
+        sum(len(found) for found in map(look, histories)) for look in (blamed, lambda it: blamed(without(it)))
+    )
+    assert judged <= raw + 1
+    assert judged <= 6
+
+
+@pytest.mark.parametrize("arcsec_a_year", [10.0, 20.0, 40.0])
+@pytest.mark.parametrize("runs", [6, 7, 8])
+def test_sensors_of_one_make_that_age_alike_keep_their_drift(arcsec_a_year: float, runs: int) -> None:
+    """It was taken for a meter that changes every year, and the next calibration was advised after its limit."""
+    sound = measured(Laboratory(sensors=6, checks=0, runs=runs), 3)
+    aged = read_otherwise(sound, lambda _, run: arcsec_a_year * run)
+    years = np.arange(runs)
+    slope = np.polyfit(years, gains_arcsec(without(aged), "SN0"), 1)[0]
+    assert slope == pytest.approx(arcsec_a_year, abs=4.0 * 2.0 / np.sqrt(3.0 * ((years - years.mean()) ** 2).sum()))
+
+
+def test_a_sensor_that_stayed_apart_keeps_no_part_of_what_the_meter_did_and_undid() -> None:
+    """It drops while the meter reads 40″ more for one run: repaired, the meter left 40″ with that sensor for ever."""
+    for seed in range(3):
+        sound = measured(Laboratory(sensors=6, checks=0), seed)
+        repaired = read_otherwise(sound, lambda name, run: 40.0 * (run == 5) + 60.0 * (name == "SN3" and run >= 5))
+        assert [change.run_id for change in shared_changes(repaired)] == ["run-05", "run-06"]
+        judged = without(repaired)
+        assert gains_arcsec(judged, "SN3")[6:] == pytest.approx(60.0, abs=4.0 * 2.0)
+        assert gains_arcsec(judged, "SN0") == pytest.approx(0.0, abs=4.0 * 2.0)
 
 
 def test_check_sensors_that_turned_alike_tell_the_table_and_one_alone_tells_nothing_here() -> None:
