@@ -3,7 +3,7 @@
 Source: ISO/IEC 17025:2017, 7.8.4.1 c), 6.4.13.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Final
@@ -52,9 +52,10 @@ def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
     """Return the standards that a set names, then meters, scanners, thermometers, level and local gravity."""
     standards = [table(standard) for standard in listed(coefficients.provenance["standards"])]
     level = table(coefficients.provenance["level"] or {})
-    rows = [_of_standard(standard, str(level.get("instrument") or "")) for standard in standards]
+    elsewhere = _measured_by_others(coefficients)
+    rows = [_of_standard(standard, str(level.get("instrument") or ""), elsewhere) for standard in standards]
     pointed = {str(text) for standard in standards for text in listed(standard.get("used_for", []))}
-    rows += [*_readouts(coefficients, pointed), *_thermometers_without(coefficients, pointed)]
+    rows += [*_readouts(coefficients, pointed, elsewhere), *_thermometers_without(coefficients, pointed)]
     rows += _replaced(coefficients)
     counts = coefficients.senses_gravity and any(level.get(key) for key in _LEVEL_IN_USE)
     if counts and "level" not in pointed:
@@ -66,7 +67,7 @@ def equipment_of(coefficients: CoefficientSet) -> list[Equipment]:
     return rows
 
 
-def _of_standard(standard: Document, instrument: str) -> Equipment:
+def _of_standard(standard: Document, instrument: str, elsewhere: Mapping[str, int]) -> Equipment:
     """Return the row of a standard; ``instrument``: what read the level, which its standard is the certificate of."""
     serial, certificate, due = (standard[key] and str(standard[key]) for key in ("serial", "certificate", "due"))
     declared = None if standard["uncertainty"] is None else table(standard["uncertainty"])
@@ -75,21 +76,23 @@ def _of_standard(standard: Document, instrument: str) -> Equipment:
         kind, _, name = text.partition(".")
         is_thermometer = kind == "chain" and "uncertainty_degc" in (declared or {})
         what = "temperature" if is_thermometer else _WHAT_FOR[kind]
-        used_for.setdefault(what, []).append(instrument if kind == "level" else name)
+        named = instrument if kind == "level" else name
+        used_for.setdefault(what, []).append(f"{named}{_but_for(elsewhere.get(text, 0))}")
     words = [f"{what} ({', '.join(filter(None, names))})".removesuffix(" ()") for what, names in used_for.items()]
     return Equipment(
         str(standard["name"]), ", ".join(words), serial or None, certificate or None, due or None, uncertainty=declared
     )
 
 
-def _readouts(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equipment]:
+def _readouts(coefficients: CoefficientSet, pointed: set[str], elsewhere: Mapping[str, int]) -> Iterator[Equipment]:
     """Yield the meters that no standard is behind, and every scanner; of a set of before nothing is known of them."""
     for name, stated in table(coefficients.provenance.get("readouts") or {}).items():
         readout, identity = table(stated), str(table(stated).get("identity") or "")
         axes = ", ".join(map(str, listed(readout["axes"])))
         has_standard = f"readouts.{name}" in pointed
         if not has_standard:
-            yield Equipment(name, f"outputs ({axes})", None, None, None, is_standard=False, identity=identity)
+            used_for = f"outputs ({axes}{_but_for(elsewhere.get(f'readouts.{name}', 0))})"
+            yield Equipment(name, used_for, None, None, None, is_standard=False, identity=identity)
         if readout["scanned"]:
             ratio = readout.get("crosstalk_ratio")
             crosstalk = "crosstalk not declared" if ratio is None else f"crosstalk {number(ratio):g}, declared"
@@ -105,13 +108,33 @@ def _readouts(coefficients: CoefficientSet, pointed: set[str]) -> Iterator[Equip
             )
 
 
+def _replacements(coefficients: CoefficientSet) -> Iterator[Document]:
+    return map(table, listed(coefficients.provenance.get("replaced_devices") or []))
+
+
+def _measured_by_others(coefficients: CoefficientSet) -> dict[str, int]:
+    """Return, by table of the rig file, how many dwells something else measured than what is declared there."""
+    found: dict[str, int] = {}
+    for stated in _replacements(coefficients):
+        device = str(stated["device"])
+        found[device] = found.get(device, 0) + int(number(stated["dwells"]))
+    return found
+
+
+def _but_for(dwells: int) -> str:
+    return f", but for {_counted(dwells)} that another device measured" if dwells else ""
+
+
+def _counted(dwells: int) -> str:
+    return f"{dwells} dwell{'' if dwells == 1 else 's'}"
+
+
 def _replaced(coefficients: CoefficientSet) -> Iterator[Equipment]:
     """Yield what measured in the place of another device: no certificate is declared of it, whatever was of that."""
-    for stated in map(table, listed(coefficients.provenance.get("replaced_devices") or [])):
+    for stated in _replacements(coefficients):
         kind, _, name = str(stated["device"]).partition(".")
-        count = int(number(stated["dwells"]))
         what = ", ".join(map(str, listed(stated.get("used_for") or [_WHAT_FOR[kind]])))
-        used_for = f"{what} ({count} dwell{'' if count == 1 else 's'})"
+        used_for = f"{what} ({_counted(int(number(stated['dwells'])))})"
         who = str(stated["identity"])
         yield Equipment(f"in the place of {name}", used_for, None, None, None, is_standard=False, identity=who)
 

@@ -39,17 +39,19 @@ class KnownDevices:
 
 @dataclass(frozen=True, slots=True)
 class Tenure:
-    """A device that measured dwells of the design which count."""
+    """A device that measured dwells of the design which count, or the one that the run began with."""
 
     identity: str
     steps: tuple[int, ...]
-    """In the order of time."""
+    """In the order of time; none of a device that was replaced before it measured what counts."""
     by: str = ""
     """Who took it over; empty of the first, and where nobody did."""
     reason: str = ""
 
     def in_words(self, held: Iterable["Tenure"]) -> str:
         """Say how many dwells of which steps, between which none of the others is; ``held``: every one there."""
+        if not self.steps:
+            return "no dwell that counts"
         others = {step for tenure in held if tenure is not self for step in tenure.steps}
         plural = "" if len(self.steps) == 1 else "s"
         return f"{len(self.steps)} dwell{plural} of step{plural} {_ranges(sorted(self.steps), others)}"
@@ -90,6 +92,7 @@ def is_used(name: str, plan: Plan) -> bool:
 def tenures_in(events: Iterable[Event], dwells: Iterable[DwellRecord], plan: Plan) -> dict[str, tuple[Tenure, ...]]:
     """Return, by table, who measured which dwells of the design that count: one device, or several in order of time.
 
+    The one that the run began with is the first, whether it measured any or none: what the rig file declares is of it.
     A device that the run does not use is left out where it gave place to another.
     """
     counted = {_key(dwell.step, dwell.attempt, dwell.epoch) for dwell in dwells if _counts(dwell)}
@@ -131,6 +134,15 @@ def identities_in_words(tenures: Mapping[str, Sequence[Tenure]]) -> dict[str, st
     }
 
 
+def dwells_by_device(held: Iterable[Tenure]) -> dict[str, int]:
+    """Return identity to how many dwells that device measured, however often it came back; the first is the run's."""
+    counts: dict[str, int] = {}
+    for tenure in held:
+        who = next((known for known in counts if _is_same(known, tenure.identity)), tenure.identity)
+        counts[who] = counts.get(who, 0) + len(tenure.steps)
+    return counts
+
+
 @dataclass(slots=True)
 class _Occupant:
     identity: str
@@ -140,15 +152,15 @@ class _Occupant:
 
 
 def _tenures(occupants: Iterable[_Occupant]) -> list[Tenure]:
-    """Leave out who measured nothing that counts; neighbours that are one device then are told as one."""
+    """Leave out who measured nothing that counts, but the first; neighbours that then are one device are one tenure."""
     found: list[Tenure] = []
     for occupant in occupants:
         if found and _is_same(found[-1].identity, occupant.identity):
             before = found.pop()
             found.append(Tenure(occupant.identity, (*before.steps, *occupant.steps), before.by, before.reason))
-        elif occupant.steps:
+        elif occupant.steps or not found:
             found.append(Tenure(occupant.identity, tuple(occupant.steps), occupant.by, occupant.reason))
-    return found or [Tenure(occupant.identity, ()) for occupant in occupants][:1]
+    return found
 
 
 def _by_whom(tenure: Tenure, held: Sequence[Tenure]) -> str:

@@ -11,6 +11,7 @@ from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
 from procedures.journal.audit_trail import missing_in
+from procedures.journal.known_devices import dwells_by_device
 from procedures.records.dwells import DwellRecord, measured_again
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -198,7 +199,8 @@ def _replaced(sensor: Sensor, record: RunRecord) -> list[dict[str, object]] | No
         if is_read and name not in read_for:
             continue
         used_for = {"used_for": read_for[name]} if is_read else {}
-        found += [{"device": device, "identity": it.identity, "dwells": len(it.steps), **used_for} for it in held[1:]]
+        others = list(dwells_by_device(held).items())[1:]
+        found += [{"device": device, "identity": who, "dwells": dwells, **used_for} for who, dwells in others]
     return found or None
 
 

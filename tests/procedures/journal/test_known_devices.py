@@ -7,7 +7,13 @@ import pytest
 from report_dwells import dwell, event
 from stream_rig import vn100_rig
 
-from procedures.journal.known_devices import known_devices, other_devices, tenures_in
+from procedures.journal.known_devices import (
+    dwells_by_device,
+    known_devices,
+    other_devices,
+    replacements,
+    tenures_in,
+)
 from procedures.plan.plan import Plan
 from rig.twins.prologix import REAL_CLONE
 from rig.wire import vn100 as wire
@@ -96,3 +102,29 @@ def test_a_run_that_an_earlier_calrig_let_go_on_with_another_device_keeps_its_fi
     plan = cast("Plan", SimpleNamespace(channels=("dmm.x",), attitude_reference=None))
     held = tenures_in(stamped, measured, plan)["readouts.dmm"]
     assert [(tenure.identity, tenure.steps, tenure.by) for tenure in held] == [("A", (1,), ""), ("B", (2,), "")]
+
+
+def test_a_device_that_was_replaced_before_it_measured_is_still_the_runs_own_and_one_that_came_back_is_one() -> None:
+    """What the rig file declares is of the first: its certificate stood behind every dwell of the one in its place."""
+    first, other = {"readouts.dmm": "A"}, {"readouts.dmm": "B"}
+    taken = {"by": "carla", "reason": "repair"}
+    stamped = [
+        event(1, "identities", 0, **first),
+        event(2, "identities", 1, **other),
+        event(3, "override", 1, devices=other, **taken),
+        event(4, "dwell", 2, step=1, attempt=1, epoch=2),
+        event(5, "identities", 3, **first),
+        event(6, "override", 3, devices=first, **taken),
+        event(7, "dwell", 4, step=2, attempt=1, epoch=3),
+    ]
+    plan = cast("Plan", SimpleNamespace(channels=("dmm.x",), attitude_reference=None))
+    measured = [dwell(1, epoch=2), dwell(2, epoch=3)]
+    until_b = tenures_in(stamped[:4], measured, plan)["readouts.dmm"]
+    assert [(tenure.identity, tenure.steps, tenure.by) for tenure in until_b] == [("A", (), ""), ("B", (1,), "carla")]
+    (told,) = replacements({"readouts.dmm": until_b})
+    assert (
+        "'A' measured no dwell that counts; then 'B', taken over by carla: repair, measured 1 dwell of step 1" in told
+    )
+    back = tenures_in(stamped, measured, plan)["readouts.dmm"]
+    assert [tenure.identity for tenure in back] == ["A", "B", "A"]
+    assert dwells_by_device(back) == {"A": 1, "B": 1}

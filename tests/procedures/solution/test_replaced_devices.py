@@ -53,5 +53,9 @@ def test_thermometer_supply_and_reference_of_attitude_are_told_as_the_meter_of_t
         name: [what] for name, what in REST_ON.items()
     }
     assert solved.calibration is not None
-    rows = [row for row in equipment_of(build_set(solved.calibration, provenance)) if row.identity == "B"]
+    equipment = equipment_of(build_set(solved.calibration, provenance))
+    (meter,) = [row for row in equipment if row.name == "dmm"]
+    later = sum(dwell.accepted and dwell.purpose == "design" and dwell.step >= 10 for dwell in record.dwells)
+    assert f"but for {later} dwells that another device measured" in meter.used_for
+    rows = [row for row in equipment if row.identity == "B"]
     assert [row.used_for.partition(" (")[0] for row in rows] == list(REST_ON.values())
