@@ -10,6 +10,10 @@ def present(*names: str) -> tuple[signal.Signals, ...]:
     return tuple(signal.Signals(getattr(signal, name)) for name in names if hasattr(signal, name))
 
 
+ENDS = present("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGBREAK")
+"""By which a person, a terminal or the system asks a program to end."""
+
+
 def module_here(name: str) -> Any:
     """Return a module, or None where this system has no such module."""
     try:

@@ -25,14 +25,13 @@ from procedures.jog_screen.prompts import Prompt, prompt_for
 from procedures.jog_screen.values import AxisView, ClearStatistics, GoTo, Home, Snapshot
 from procedures.jog_screen.worker import Bench
 from rig.motion.jog_steps import nearest_step_deg
-from rig.system_parts import present
+from rig.system_parts import ENDS, present
 
 DRAW_S = 0.1
 STOPS = ("space", "ctrl+c")
 _PARTS = ("head", "axes", "channels", "around", "messages", "prompt", "keys")
 ASK_TERMINAL = "\x1b[6n"
 """Device status report: where is the cursor? Every terminal answers it."""
-_LOST = present("SIGHUP", "SIGTERM", "SIGINT", "SIGBREAK")
 KEYS = (
     ("←→", "step"),
     ("⇧←→", "turn"),
@@ -138,7 +137,7 @@ class JogApp(App[None]):
 
         A suspended process could not stop anything.
         """
-        for number in _LOST:
+        for number in ENDS:
             signal.signal(number, self._lost)
         for number in present("SIGTSTP", "SIGTTIN", "SIGTTOU"):
             signal.signal(number, signal.SIG_IGN)

@@ -23,7 +23,7 @@ from procedures.jog_screen.worker import Bench
 from procedures.numbers import finite
 from rig.assembly.open_rig import Rig
 from rig.clock import SystemClock
-from rig.system_parts import present
+from rig.system_parts import ENDS
 from rig.threads import begun
 
 TICK_S = 0.05
@@ -31,7 +31,6 @@ VIEW_EVERY = 4
 """Ticks from one view to the next."""
 SHOWN_LINES = 12
 LONGEST_ORDER = 65_536
-_LOST = present("SIGHUP", "SIGTERM", "SIGINT", "SIGBREAK")
 
 
 def jog_for_pages(
@@ -56,7 +55,7 @@ def jog_for_pages(
     def lost(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the signature of a handler
         bench.guard.lose(f"{signal.Signals(number).name}: the session was ended")
 
-    for number in _LOST:
+    for number in ENDS:
         signal.signal(number, lost)
     try:
         begun(partial(leave_anyway, bench, ended), "the end of the bench")

@@ -9,9 +9,7 @@ from procedures.run.steering import job_control_ignored
 from rig.abilities.abilities import Wait
 from rig.clock import Clock
 from rig.errors import WaitEnded
-from rig.system_parts import present
-
-ENDS = present("SIGINT", "SIGQUIT", "SIGTERM", "SIGHUP", "SIGBREAK")
+from rig.system_parts import ENDS
 
 
 @contextmanager

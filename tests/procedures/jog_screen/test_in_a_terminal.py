@@ -136,11 +136,13 @@ LOSSES: dict[str, Callable[[TerminalWindow], object]] = {
     "the window is closed": TerminalWindow.hang_up,
     "the shell hangs up": lambda window: window.process.send_signal(signal.SIGHUP),
     "the program is told to end": lambda window: window.process.send_signal(signal.SIGTERM),
+    "the program is told to quit": lambda window: window.process.send_signal(signal.SIGQUIT),
 }
+QUICK = ("the window is closed", "the program is told to quit")
 
 
 @pytest.mark.parametrize(
-    "loss", [name if name == "the window is closed" else pytest.param(name, marks=pytest.mark.soak) for name in LOSSES]
+    "loss", [name if name in QUICK else pytest.param(name, marks=pytest.mark.soak) for name in LOSSES]
 )
 def test_a_rate_ends_with_the_session_within_half_a_second_and_the_session_says_so(
     turning: tuple[SimulatedRig, Path, TerminalWindow], loss: str
