@@ -1,10 +1,10 @@
 """Whether what repeats at the points is of one location: an index of an axis of the table, or one attitude.
 
-The means of the points, beside the model, are weighed by precision and by what is known of the table:
-M = A − A B (BᵀA B + D)⁻¹BᵀA, A the weights of the means, B the model and the errors that many points share, D one for
-each of the latter. A location is one amount of all its attitudes, or one of each of them; columns h of it explain
-(hᵀMy)² / hᵀMh. It is told where it explains more than any other column that is asked for (the terms of low order, what
-the order leaves), less the logarithm of the points a number, and where it leaves little else of all that repeats.
+The means of the points, beside the model, are weighed by precision and by what is known of the table
+(:mod:`ams.analysis.diagnostics.weighed_means`). A location is one amount of all its attitudes, or one of each of them;
+columns h of it explain (hᵀMy)² / hᵀMh. It is told where it explains more than any other column that is asked for (the
+terms of low order, what the order leaves), less the logarithm of the points a number, and where it leaves little else
+of all that repeats.
 
 What goes alike over the attitudes of an index is no error that differs from attitude to attitude, which is what the
 stated uncertainties take a lack of fit for: of an offset at one of n indices an n-th is in that of the sensor.
@@ -19,7 +19,8 @@ from typing import Final
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.point_means import LEAST_DOF, PointMeans, independent
+from ams.analysis.diagnostics.point_means import LEAST_DOF
+from ams.analysis.diagnostics.weighed_means import WeighedMeans, weighed_means
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.remembered import remembered
 from ams.solve.indices import index_around, index_of
@@ -31,8 +32,6 @@ _FEWEST_INDICES: Final = 5
 _MOST_LOCATIONS: Final = 3
 _INDICES_A_LOCATION: Final = 5
 """Of an axis, at the least: of fewer a curve over all of them is as many locations."""
-_LEFT_BY_MODEL: Final = 0.02
-"""Of the square of a column: what the model leaves less of is hardly told from it."""
 _FURTHER: Final = 0.001
 """Chance of one more location."""
 _ROUNDING: Final = 1e-6
@@ -117,81 +116,6 @@ class _Candidate:
         return self.explains - self.numbers * log(points)
 
 
-@dataclass(frozen=True)
-class _Weighed:
-    """The means of the points as precision weighs them."""
-
-    weights: FloatArray
-    """(K,) A"""
-    mean: FloatArray
-    """(K,) y"""
-    beside: FloatArray
-    """(K, b) B"""
-    shared: int
-    """How many columns of B are of errors that many points share."""
-
-    @cached_property
-    def inverse(self) -> FloatArray:
-        square = self.beside.T @ (self.beside * self.weights[:, None])
-        last = np.arange(square.shape[0] - self.shared, square.shape[0])
-        square[last, last] += 1.0
-        return np.asarray(np.linalg.pinv(square, rcond=1e-12, hermitian=True))
-
-    @cached_property
-    def weighted(self) -> FloatArray:
-        """A B, (K, b)."""
-        return self.beside * self.weights[:, None]
-
-    @cached_property
-    def left(self) -> FloatArray:
-        """M y, (K,)."""
-        seen = self.weighted.T @ self.mean
-        return np.asarray(self.weights * self.mean - self.weighted @ (self.inverse @ seen))
-
-    @cached_property
-    def of_point(self) -> FloatArray:
-        """The diagonal of M, (K,)."""
-        return np.asarray(self.weights - np.vecdot(self.weighted @ self.inverse, self.weighted))
-
-    @cached_property
-    def is_judged(self) -> BoolArray:
-        """Whether the others say anything about a point, (K,)."""
-        return np.asarray(self.of_point > _LEFT_BY_MODEL * self.weights)
-
-    @property
-    def square(self) -> float:
-        return float(self.mean @ self.left)
-
-    @property
-    def dof(self) -> int:
-        return int(self.mean.size - (self.beside.shape[1] - self.shared))
-
-    def block(self, columns: FloatArray) -> FloatArray:
-        """Return (c, c) Hᵀ M H of (K, c) columns."""
-        seen = self.weighted.T @ columns
-        return np.asarray(columns.T @ (columns * self.weights[:, None]) - seen.T @ self.inverse @ seen)
-
-    def each(self, columns: FloatArray, least: float = _LEFT_BY_MODEL) -> tuple[FloatArray, FloatArray]:
-        """Return (c,) what each of (K, c) columns has of y, and its own square; 0 where the model leaves no more of it
-        than ``least``.
-        """
-        seen, whole = self.weighted.T @ columns, self.weights @ columns**2
-        square = whole - np.vecdot(seen.T, (self.inverse @ seen).T)
-        return self.left @ columns, np.where(square > least * whole, square, 0.0)
-
-    def explained(self, columns: FloatArray) -> tuple[FloatArray, int, float]:
-        """Return (c,) the amounts of (K, c) columns together, how many numbers they are and what they explain."""
-        values, vectors = np.linalg.eigh(self.block(columns))
-        kept = values > _LEFT_BY_MODEL * values.max(initial=0.0)
-        along = vectors[:, kept].T @ (columns.T @ self.left)
-        return vectors[:, kept] @ (along / values[kept]), int(kept.sum()), float(along @ (along / values[kept]))
-
-    def with_known(self, columns: FloatArray) -> "_Weighed":
-        of_model = self.beside.shape[1] - self.shared
-        given = independent(np.hstack([self.beside[:, :of_model], columns]))
-        return _Weighed(self.weights, self.mean, np.hstack([given, self.beside[:, of_model:]]), self.shared)
-
-
 def locations_shown(
     evidence: Evidence, output: int, known: FloatArray, rivals: FloatArray, level: float
 ) -> LocationsShown:
@@ -200,10 +124,11 @@ def locations_shown(
     ``known``: (K, c) of what is explained already. ``rivals``: (K, r) columns, one of which may explain as much.
     ``level``: chance above which none is looked at further.
     """
-    weighed, dof = _weighed(evidence, output, known), float(evidence.grid.dof)
+    indices, dof = _indices(evidence), float(evidence.grid.dof)
+    weighed = weighed_means(evidence, output, known, indices.columns)
     if weighed is None or weighed.dof < LEAST_DOF:
         return LocationsShown((), float("nan"))
-    indices, points = _indices(evidence), weighed.mean.size
+    points = weighed.mean.size
     found, explained, p_value = list[Location](), 0.0, 1.0
     while len(found) < _MOST_LOCATIONS and weighed.dof >= LEAST_DOF:
         explained_by = _Explained(weighed, indices)
@@ -219,7 +144,7 @@ def locations_shown(
         p_value = p_value if found else chance
         found.append(_with_others(best, made, points))
         explained += best.explains
-        weighed = weighed.with_known(best.location.columns)
+        weighed = weighed.with_known(best.location.columns, indices.columns)
     if not found:
         return LocationsShown((), p_value)
     remains = weighed.square - weighed.dof
@@ -231,10 +156,10 @@ def locations_shown(
 
 def alike_over(evidence: Evidence, output: int, known: FloatArray) -> tuple[str, ...]:
     """Return the axes of the table over whose indices what repeats goes alike, against its scatter within them."""
-    weighed = _weighed(evidence, output, known)
+    indices, found = _indices(evidence), list[str]()
+    weighed = weighed_means(evidence, output, known, indices.columns)
     if weighed is None:
         return ()
-    indices, found = _indices(evidence), []
     for axis in ("pitch", "roll"):
         of_axis = [index.axis == axis for index in indices.each]
         if not any(of_axis):
@@ -249,28 +174,17 @@ def alike_over(evidence: Evidence, output: int, known: FloatArray) -> tuple[str,
     return tuple(found)
 
 
-def _weighed(evidence: Evidence, output: int, known: FloatArray) -> _Weighed | None:
-    if evidence.sums is None:
-        return None
-    given = independent(np.hstack([evidence.basis, known])) if known.shape[1] > 0 else evidence.basis
-    means: PointMeans = evidence.means(output, given)
-    if not means.precision_variance > 0.0:
-        return None
-    beside = np.hstack([given, means.common])
-    return _Weighed(means.readings / means.precision_variance, means.mean, beside, means.common.shape[1])
-
-
 @dataclass(frozen=True)
 class _Explained:
     """What every location explains: each index as one amount, plain ones as one of each attitude, every attitude."""
 
-    weighed: _Weighed
+    weighed: WeighedMeans
     indices: _Indices
 
     @cached_property
     def even(self) -> tuple[FloatArray, FloatArray]:
         """(I,) what each index has of y as one amount, and its own square."""
-        return self.weighed.each(self.indices.columns)
+        return self.weighed.left @ self.indices.columns, self.weighed.by.of_index / self.weighed.variance
 
     @cached_property
     def of_point(self) -> FloatArray:
@@ -283,7 +197,7 @@ class _Explained:
         counts = self.indices.counts
         beyond = self.of_point @ self.indices.columns > counts + _OUT_OF_NOISE * np.sqrt(2.0 * counts)
         plain = np.flatnonzero(beyond).tolist()
-        return {at: self.weighed.explained(_each_of(self.indices.each[at].points)) for at in plain}
+        return {at: self.weighed.explained_by_each(self.indices.each[at].points) for at in plain}
 
     def chance(self, dof: float) -> float:
         """Return the chance of as much at any location, be it one amount of it or one of each of its attitudes."""
@@ -323,10 +237,10 @@ def _has_room(location: Location, found: Sequence[Location], indices: _Indices) 
     return not location.axis or (1 + sum(other.axis == location.axis for other in found)) * _INDICES_A_LOCATION <= count
 
 
-def _best_of(weighed: _Weighed, rivals: FloatArray) -> float:
+def _best_of(weighed: WeighedMeans, rivals: FloatArray) -> float:
     """Return what that of (K, r) columns explains which explains most."""
-    seen, squares = weighed.each(rivals, _ROUNDING)
-    return float(np.max(_explained_by_each(seen, squares), initial=0.0))
+    squares = weighed.by.squares(rivals, _ROUNDING) / weighed.variance
+    return float(np.max(_explained_by_each(weighed.left @ rivals, squares), initial=0.0))
 
 
 def _explained_by_each(seen: FloatArray, squares: FloatArray) -> FloatArray:
