@@ -130,3 +130,6 @@ class BenchRig:
     def sign_of_life(self) -> None: ...
     def reconnect(self) -> None:
         return None
+
+    def stranger_axes(self) -> Mapping[str, str]:
+        return {}

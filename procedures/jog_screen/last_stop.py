@@ -1,7 +1,8 @@
 """The stop with which a bench is left: what it came to is what people are told, and what the exit status says.
 
 Nobody is there any more who would stop what turns on. So a line that is out is waited for and opened, and the axis
-behind it stopped then; where that cannot be, it is said which axis may turn and what to do.
+behind it stopped then; where that cannot be, or another device answers there, it is said which axis may turn and what
+to do.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from rig.assembly.open_rig import Rig
 from rig.errors import DeviceFault
 from rig.motion.jog import in_doubt_in_words
 from rig.motion.move import stop_all
-from rig.motion.out_of_reach import open_in_time, out_of_reach
+from rig.motion.out_of_reach import open_in_time, out_of_reach, unknown_behind
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,9 +64,12 @@ def stopped_in_reach(rig: Rig) -> StopOutcome:
     if outcome.failure and (lost := out_of_reach(rig)):
         unopened = open_in_time(rig)
         again = stopped(rig)
-        if not again.failure:
+        strangers = {} if unopened else rig.stranger_axes()
+        if not (again.failure or strangers):
             return StopOutcome(in_doubt=again.in_doubt, reopened=f"{lost}; the line is open again, and ")
         outcome = StopOutcome(f"{again.failure}; its line cannot be opened: {unopened}") if unopened else again
+        if strangers:
+            outcome = StopOutcome(unknown_behind(strangers))
     if not outcome.failure:
         return outcome
     return StopOutcome(f"{outcome.failure}; {'; '.join(rig.motion.in_words(rig.axes))}; go and look")

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Protocol
 
 from rig.description.rig_file import RigDescription
-from rig.errors import RequestRefused
+from rig.errors import RequestRefused, RigError
 
 
 class Identifiable(Protocol):
@@ -56,3 +56,21 @@ def _sentence(key: str, expected: Mapping[str, str], identities: Mapping[str, st
     whose = "" if owner is None else f", which is {owner}: their cables changed places"
     allowed = f"allowed is one with {expected[key]!r} ({key}: identity)"
     return f"{key}: another device answers: got {identities[key]!r}{whose}, {allowed}"
+
+
+def stranger_axes(axes: Mapping[str, Identifiable], answered: Mapping[str, str]) -> dict[str, str]:
+    """Ask every axis who it is; return axis to a sentence where it is not who answered before, or cannot be asked.
+
+    ``answered``: table (``axes.pitch``) to identity; an axis that was never asked is not compared.
+    """
+    found: dict[str, str] = {}
+    for name, axis in axes.items():
+        if (before := answered.get(f"axes.{name}")) is not None:
+            try:
+                now = axis.identify()
+            except RigError as error:
+                found[name] = f"{name}: who answers on its line is not known: {error}"
+            else:
+                if now != before:
+                    found[name] = f"{name}: another device answers on its line: was {before!r}, is {now!r}"
+    return found

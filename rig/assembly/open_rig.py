@@ -23,7 +23,7 @@ from rig.abilities.abilities import (
 from rig.abilities.setpoint_memory import carry_over
 from rig.assembly.faulty_lines import with_faults
 from rig.assembly.guard_of_rig import guarded_lines, stop_guard
-from rig.assembly.identity import Identifiable, expected, require_expected
+from rig.assembly.identity import Identifiable, expected, require_expected, stranger_axes
 from rig.cables.cable import CableGuard, TurningAxis
 from rig.cables.cable_memory import memory_of
 from rig.cables.winding import Machine
@@ -95,6 +95,7 @@ class Rig:
         self.clock = clock
         self._connect = connect
         self._devices = devices
+        self._answered_first: dict[str, str] = {}
         self._held = held
         self._guard = guard
         self._purpose = purpose
@@ -184,7 +185,12 @@ class Rig:
         found = {key: device.identify() for key, device in self.by_table().items()}
         require_expected(expected(self.description), found)
         self._lock_devices(found.values())
+        self._answered_first = self._answered_first or found
         return found
+
+    def stranger_axes(self) -> dict[str, str]:
+        """Return axis to a sentence where another device answers than :meth:`identities` found first."""
+        return stranger_axes(self.axes, self._answered_first)
 
     def _lock_devices(self, identities: Iterable[str]) -> None:
         """Lock every device that tells its serial number: it is this rig's by whatever port others reach it.

@@ -53,6 +53,13 @@ def open_in_time(rig: ReopenedRig) -> str:
     return ""
 
 
+def unknown_behind(strangers: Mapping[str, str]) -> str:
+    """Say that axes may turn, where other devices answered the stop than those that were told to turn."""
+    return (
+        f"not every axis is known to stand still: {'; '.join(strangers.values())}; use the stop button at the machine"
+    )
+
+
 def _opened(rig: ReopenedRig) -> str:
     try:
         rig.reconnect()

@@ -9,8 +9,8 @@ from contextlib import contextmanager, suppress
 class CutLine:
     """Relays ``address``; :meth:`cut` hangs up on everybody and turns away the next callers."""
 
-    def __init__(self, target: tuple[str, int]) -> None:
-        self._target = target
+    def __init__(self, address: str) -> None:
+        self.lead_to(address)
         self._listener = socket.create_server(("127.0.0.1", 0))
         self.address = f"socket://127.0.0.1:{self._listener.getsockname()[1]}"
         self._pairs: list[socket.socket] = []
@@ -24,6 +24,11 @@ class CutLine:
             for end in self._pairs:
                 _hang_up(end)
             self._pairs.clear()
+
+    def lead_to(self, address: str) -> None:
+        """Relay to ``socket://host:port`` from the next caller on."""
+        host, _, port = address.removeprefix("socket://").rpartition(":")
+        self._target = host, int(port)
 
     def serve(self) -> None:
         while True:
@@ -66,8 +71,7 @@ def _relay(source: socket.socket, sink: socket.socket) -> None:
 @contextmanager
 def cut_line(address: str) -> Iterator[CutLine]:
     """A line in front of ``socket://host:port``."""
-    host, _, port = address.removeprefix("socket://").rpartition(":")
-    line = CutLine((host, int(port)))
+    line = CutLine(address)
     thread = threading.Thread(target=line.serve)
     thread.start()
     try:

@@ -148,6 +148,9 @@ class FaultyRig:
         self.meter.put(self._rig.readouts["dmm"])
         self.pitch.put(self._rig.axes["pitch"])
 
+    def stranger_axes(self) -> Mapping[str, str]:
+        return self._rig.stranger_axes()
+
     def identities(self) -> Mapping[str, str]:
         found = self._rig.identities()
         return found if self._identity is None else {**found, "readouts.dmm": self._identity}

@@ -17,7 +17,7 @@ from procedures.run.dwell.measure import OpenRig
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
-from rig.motion.out_of_reach import open_in_time, out_of_reach
+from rig.motion.out_of_reach import open_in_time, out_of_reach, unknown_behind
 from rig.threads import at_once
 
 NOT_SEEN, IN_DOUBT, CHAMBER = "standstill", "order in doubt", "chamber"
@@ -89,14 +89,27 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
     on, and an adapter that was unplugged mostly is back within seconds.
     """
     safe = _attempted(rig, plan, "" if is_open else _opened_again(rig), is_over=is_over)
-    if is_open and safe.failures and out_of_reach(rig):
+    if not is_open:
+        return _unless_strangers(rig, safe)
+    if safe.failures and out_of_reach(rig):
         turning, since_s = [name for name in rig.axes if rig.motion.known(name).is_turn], rig.clock.monotonic_s()
         unopened = open_in_time(rig)
         waited_s = rig.clock.monotonic_s() - since_s
-        safe = _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over)
+        safe = _unless_strangers(rig, _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over))
         if not (unopened or safe.failures):
             return replace(safe, reopened=_reopened(turning, waited_s))
     return safe
+
+
+def _unless_strangers(rig: OpenRig, safe: Safe) -> Safe:
+    """Return what is known where lines were opened again: what another device answers tells nothing of an axis."""
+    strangers = {} if safe.failures else rig.stranger_axes()
+    if not strangers:
+        return safe
+    seen_deg = {name: degrees for name, degrees in safe.positions_deg.items() if name not in strangers}
+    failures = (f"stop: {unknown_behind(strangers)}",)
+    known = (*rig.motion.in_words(strangers), *safe.known)
+    return replace(safe, failures=failures, positions_deg=seen_deg, known=known, unknown={**safe.unknown, **strangers})
 
 
 def _reopened(turning: list[str], waited_s: float) -> str:

@@ -21,6 +21,7 @@ from rig.assembly.simulate import SimulatedRig
 from rig.clock import ScaledClock, SystemClock
 from rig.description.read import read_rig
 from rig.motion.move import home_and_arrive
+from rig.twins.zaber import Stage
 
 CLOCK, RIG_CLOCK = SystemClock(), ScaledClock(10.0)
 RATE_DPS = 10.0
@@ -90,6 +91,35 @@ def test_who_leaves_while_the_line_of_what_turns_is_out_leaves_it_at_rest(
         assert _rate_dps(simulated) == 0.0
         assert status is ExitStatus.DONE
         assert "the line is open again, and every axis stands still; actions are in " in heard[-1]
+
+
+def test_who_leaves_is_not_told_that_an_axis_stands_where_another_device_answers_its_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Adapters change their numbers when they are plugged in again: the stop reaches a stage that stands anyway."""
+    (tmp_path / "other").mkdir()
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, simulated):
+        defaults = Stage.__init__.__defaults__
+        assert defaults is not None
+        monkeypatch.setattr(Stage.__init__, "__defaults__", tuple(99999 if it == 12345 else it for it in defaults))
+        with served(tmp_path / "other", RIG_CLOCK, STAGE_FOR_ROLL, QUICK_METER) as (elsewhere, _):
+
+            def change_the_cables() -> None:
+                _turned_and_cut(rig, line, refusals=2)()
+                line.lead_to(elsewhere.addresses["axes.roll"])
+
+            status, heard = _on_screen(tmp_path, monkeypatch, rig, change_the_cables)
+            line.cut(FOR_GOOD)
+        assert _rate_dps(simulated) == RATE_DPS, "nobody reaches it"
+    assert status is ExitStatus.FAILED
+    assert "every axis stands still" not in heard[-1]
+    for words in (
+        "roll: another device answers on its line",
+        "99999",
+        "use the stop button at the machine",
+        "go and look",
+    ):
+        assert words in heard[-1]
 
 
 def test_who_leaves_while_a_line_is_out_for_good_is_told_what_may_turn_and_the_status_is_1(

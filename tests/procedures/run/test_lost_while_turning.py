@@ -3,12 +3,14 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from motion_runs import motion_run
 from unattended_run import events
 
 from procedures.records.states import State
 from procedures.run.begin import begin
 from rig.assembly.open_rig import open_rig
+from rig.devices.zaber import ZaberAxis
 from rig.errors import LinkLost
 from rig.link.byte_stream import ByteStream
 
@@ -78,3 +80,30 @@ def test_a_run_whose_line_is_back_is_told_as_one_that_lost_it_and_stands(tmp_pat
     (safe,) = [event for event in events(run_dir) if event.kind == "safe"]
     assert safe.detail["reopened"] in outcome.reason
     assert safe.detail["failures"] == []
+
+
+def test_a_run_is_not_told_to_stand_where_another_device_answers_its_stop(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line is back, and leads elsewhere: what is stopped and seen at rest there is another stage."""
+    small, openings = motion_run(tmp_path, "rate-table", "rates", ONE_AXIS), [0]
+
+    def source(key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
+        if key != "axes.pitch":
+            return open_line()
+        openings[0] += 1
+        if openings[0] > 1:
+            monkeypatch.setattr(ZaberAxis, "identify", lambda _: "Zaber, serial 99999")
+        return _CutInTurn(open_line()) if openings[0] == 1 else open_line()
+
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+    with open_rig(small.rig, line_source=source) as rig:
+        rig.identities()
+        outcome = begin(run_dir, small.header(run_dir), small.plan, rig)
+    assert outcome.state is State.TRIPPED
+    assert "roll" not in outcome.positions_deg
+    assert "not every axis is known to stand still: pitch: another device answers on its line: was " in outcome.reason
+    (safe,) = [event for event in events(run_dir) if event.kind == "safe"]
+    assert "reopened" not in safe.detail
+    assert set(safe.detail["unknown"]) == {"pitch", "yaw", "roll"}
