@@ -14,7 +14,7 @@ from bench.bench_rig import BenchRig
 from bench.figure import Effort, Figure
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.states import State

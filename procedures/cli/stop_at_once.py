@@ -76,7 +76,7 @@ def _request_abort(run: str, by: str) -> None:
     from pathlib import Path
 
     from procedures.errors import StorageFailed
-    from procedures.journal.spool import Request, Spool
+    from procedures.journal.requests.spool import Request, Spool
     from rig.clock import SystemClock
     from rig.plain_text import one_line
 

@@ -16,10 +16,10 @@ from procedures.console.rights import STOPS, Act
 from procedures.console.withheld import withheld_sentence
 from procedures.delivery.ended_results import archive_kept_by, end_results
 from procedures.errors import ProcedureError, RequestError, StorageFailed
-from procedures.journal.corrections import Authorisation, acknowledge, add_note, redo, void_from
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import is_owned
-from procedures.journal.spool import Kind, Request, Spool, ask, words_complaint
+from procedures.journal.requests.corrections import Authorisation, acknowledge, add_note, redo, void_from
+from procedures.journal.requests.spool import Kind, Request, Spool, ask, words_complaint
+from procedures.journal.sidecar.owner import is_owned
 from rig.clock import Clock
 from rig.guard.ask import of_run
 from rig.guard.ask import stop as stop_by_guard

@@ -37,10 +37,10 @@ from procedures.console.watched_run import RunPage
 from procedures.console.withdrawn_sets import withdrawn_sentence
 from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError
-from procedures.journal.live import read_live
-from procedures.journal.metrics import RunFigures, metrics_text
-from procedures.journal.standing import progress_of
-from procedures.journal.status import status
+from procedures.journal.sidecar.live import read_live
+from procedures.journal.status.metrics import RunFigures, metrics_text
+from procedures.journal.status.standing import progress_of
+from procedures.journal.status.status import status
 from rig.local_time import local_day
 
 MOST_NAMED = 12

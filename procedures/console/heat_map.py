@@ -11,7 +11,7 @@ import numpy as np
 
 from ams.frames import specific_force
 from ams.units import ARCSEC_PER_RAD
-from procedures.journal.follower import FollowedDwell
+from procedures.journal.status.follower import FollowedDwell
 from procedures.records.dwells import read_back_rad
 
 FEWEST = 8

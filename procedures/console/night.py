@@ -12,10 +12,10 @@ from procedures.console.watched_run import RunPage
 from procedures.console.withdrawn_sets import withdrawn_sentence
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.run_list import ListedRun
-from procedures.journal.stop_advice import StopNumbers, held_before, next_step, numbers_of, of_damage
+from procedures.journal.sidecar.verdict_file import hindered_in, read_verdict
+from procedures.journal.status.run_list import ListedRun
+from procedures.journal.status.stop_advice import StopNumbers, held_before, next_step, numbers_of, of_damage
 from procedures.journal.taken_away import is_taken_away
-from procedures.journal.verdict_file import hindered_in, read_verdict
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State, is_unasked, state_sentence
 from rig.local_time import from_the_wall, local_day

@@ -20,7 +20,7 @@ from procedures.console.live_pages import LivePages
 from procedures.console.sessions import Sessions, Visitor
 from procedures.console.watched_run import RunPage, WatchedRun
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.run_list import ListedRun, RunList
+from procedures.journal.status.run_list import ListedRun, RunList
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.taken_away import require_not_taken_away
 from rig.clock import Clock

@@ -10,15 +10,15 @@ from pathlib import Path
 from threading import Lock
 
 from procedures.console.heat_map import MOST_COLUMNS, HeatMap, heat_map
-from procedures.journal.corrections import TAKES_BACK
-from procedures.journal.event_words import event_words
-from procedures.journal.follower import FollowedDwell, Follower, News
+from procedures.journal.audit.event_words import event_words
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.live import Live, read_live
-from procedures.journal.standing import RunStatus, progress_of
-from procedures.journal.standing_words import Row, rows_of
-from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
-from procedures.journal.verdict_file import read_verdict
+from procedures.journal.requests.corrections import TAKES_BACK
+from procedures.journal.sidecar.live import Live, read_live
+from procedures.journal.sidecar.verdict_file import read_verdict
+from procedures.journal.status.follower import FollowedDwell, Follower, News
+from procedures.journal.status.standing import RunStatus, progress_of
+from procedures.journal.status.standing_words import Row, rows_of
+from procedures.journal.status.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import Key, key_of, keys_in
 from procedures.records.states import State

@@ -33,9 +33,9 @@ from procedures.delivery.set_aside import EXPORTS_FOLDER, set_old_aside
 from procedures.delivery.taken_back_sets import withdraw_taken_back
 from procedures.delivery.unsolved import keep_tracebacks
 from procedures.errors import RequestError
-from procedures.journal.audit_trail import clock_words, missing_in
+from procedures.journal.audit.audit_trail import clock_words, missing_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.unwritten import SETS_FOLDER
+from procedures.journal.sidecar.unwritten import SETS_FOLDER
 from procedures.kinds.solve import solve_record
 from procedures.records.states import State
 from procedures.report.overview import overview_rows

@@ -15,10 +15,10 @@ from ams.exports.withdrawn_folder import mark_withdrawn
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_verdict import Withdrawal
 from ams.whole_file import read_whole
+from procedures.journal.audit.taken_back import TakenBack, taken_back_since
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.taken_back import TakenBack, taken_back_since
-from procedures.journal.unwritten import SETS_FOLDER
-from procedures.journal.verdict_file import VERDICT_FILE
+from procedures.journal.sidecar.unwritten import SETS_FOLDER
+from procedures.journal.sidecar.verdict_file import VERDICT_FILE
 from procedures.report.plain_page import PlainPage, write_plain
 from procedures.report.write import DOCUMENTS_FOLDER, FIGURES_FOLDER, PAPER_FILE, REPORT_FILE
 

@@ -24,8 +24,8 @@ from ams.archive.taken_back import (
 from ams.errors import ArchiveUnknown
 from ams.sets.stated_verdict import Withdrawal
 from procedures.errors import JournalError, RequestError, StorageFailed
+from procedures.journal.audit.taken_back import TakenBack, taken_back_since
 from procedures.journal.storage import JOURNAL_FILE
-from procedures.journal.taken_back import TakenBack, taken_back_since
 
 
 def withdraw_taken_back(archive_url: str, run: Path) -> tuple[SetOfRun, ...]:

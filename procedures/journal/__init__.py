@@ -1,1 +1,1 @@
-"""The truth about a run: its writer, readers, header, salvage and the requests to a running engine."""
+"""The truth about a run: its journal itself, as it is stored, written, read, verified and salvaged."""

@@ -13,8 +13,8 @@ from ams.whole_file import FolderNotSynced, replace_file
 from procedures.errors import ProcedureError
 from procedures.journal.encoding import compact_json, encode_dwell
 from procedures.journal.journal import Journal
-from procedures.journal.last_words import MOVED, STORAGE
 from procedures.journal.salvage import Salvaged
+from procedures.journal.sidecar.last_words import MOVED, STORAGE
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.dwells import DwellRecord
 from rig.clock import Clock

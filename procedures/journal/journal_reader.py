@@ -201,7 +201,7 @@ class JournalReader:
     def state(self) -> State:
         """Return the state as last written.
 
-        Whether its owner still lives is :func:`procedures.journal.status.status`'s to say.
+        Whether its owner still lives is :func:`procedures.journal.status.status.status`'s to say.
         """
         event = self.last_event("state")
         if event is None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from ams.errors import WriteFailed
 from ams.whole_file import write_whole
 from procedures.errors import JournalTakenAway
-from procedures.journal.second_folder import make_beside, second_folder
+from procedures.journal.sidecar.second_folder import make_beside, second_folder
 from procedures.journal.storage import JOURNAL_FILE
 from rig.local_time import at_both
 

@@ -8,8 +8,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from ams.whole_file import replace_file
-from procedures.journal.live import read_live
-from procedures.journal.metrics import RunFigures, metrics_text
+from procedures.journal.sidecar.live import read_live
+from procedures.journal.status.metrics import RunFigures, metrics_text
 from procedures.observers.audience import ObserverKind
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import ACTIVE

@@ -15,7 +15,7 @@ from typing import Literal, get_args
 
 from procedures.description.named_files import NamedFile
 from procedures.errors import ProcedureError, RequestError
-from procedures.journal.corrections import acknowledge, is_acknowledged
+from procedures.journal.requests.corrections import acknowledge, is_acknowledged
 from procedures.queue.hands import heed, in_use_by, past_marks_of, require_uses_to_be_seen
 from procedures.queue.state import OVER, Item, ItemState, Queue, Source
 from procedures.queue.store import Change, QueueStore

@@ -18,12 +18,12 @@ import psutil
 from procedures.alerts.reader import read_by_us
 from procedures.description.named_files import content_of
 from procedures.errors import ProcedureError
-from procedures.journal.announced_folder import announced_folder
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import is_owned, owned_since
-from procedures.journal.run_list import RunList
-from procedures.journal.spool import ask
-from procedures.journal.standing import derived_state
+from procedures.journal.requests.spool import ask
+from procedures.journal.sidecar.owner import is_owned, owned_since
+from procedures.journal.status.announced_folder import announced_folder
+from procedures.journal.status.run_list import RunList
+from procedures.journal.status.standing import derived_state
 from procedures.queue.runner import Look
 from procedures.queue.state import Attestation, Item
 from procedures.queue.words import mounted_words

@@ -12,8 +12,8 @@ import numpy as np
 from ams.calibration_result import SensorVerdict
 from ams.findings import Finding, withheld
 from ams.units import label_and_unit
-from procedures.journal.audit_trail import interruptions_in, made_again_in, missing_in, notes_in
-from procedures.journal.known_devices import replacements
+from procedures.journal.audit.audit_trail import interruptions_in, made_again_in, missing_in, notes_in
+from procedures.journal.audit.known_devices import replacements
 from procedures.kinds.registry import KINDS
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import measured_again

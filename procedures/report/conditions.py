@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from procedures.journal.line_figures import lines_in
+from procedures.journal.audit.line_figures import lines_in
 from procedures.records.dwells import Event
 from procedures.run.watch import meter_checks, watchdogs
 

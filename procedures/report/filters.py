@@ -16,7 +16,7 @@ from ams.rounding import last_place, to_place, two_digits, with_uncertainty
 from ams.surveillance.attitude_errors import AngleErrors
 from ams.surveillance.level_errors import LevelErrors
 from ams.units import printed as printed_unit
-from procedures.journal.audit_trail import Interruption
+from procedures.journal.audit.audit_trail import Interruption
 from procedures.numbers import angle, arcsec, attitude, degrees_of_freedom, duration, p_value, three_digits
 from procedures.report.canvas import Figure
 from procedures.report.figures import are_left_out

@@ -15,7 +15,7 @@ from ams.findings import ALL_AFTER, Finding, beyond_the_stated, significant_text
 from ams.rounding import two_digits
 from ams.sets.verdict_conditions import verdict_conditions
 from ams.surveillance.turns import FIXTURE
-from procedures.journal.audit_trail import Interruption, Standstill
+from procedures.journal.audit.audit_trail import Interruption, Standstill
 from procedures.numbers import angle, arcsec
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, state_sentence
 from procedures.report.overview import Statement, stated_once, widest_arcsec

@@ -21,7 +21,7 @@ from ams.rounding import two_digits
 from ams.sets.stated_verdict import unsigned_status
 from ams.surveillance.adjustment import Adjustment
 from ams.units import ARCSEC_PER_RAD, small_unit
-from procedures.journal.audit_trail import Interruption, Note
+from procedures.journal.audit.audit_trail import Interruption, Note
 from procedures.kinds.section import SensorPage
 from procedures.plan.order import attitudes_in_words
 from procedures.solution.budget_view import BudgetView

@@ -7,7 +7,7 @@ from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
-from procedures.journal.verdict_file import VERDICT_FILE
+from procedures.journal.sidecar.verdict_file import VERDICT_FILE
 from procedures.report.assemble import assemble_view
 from procedures.report.figures import Figures, draw_figures, figures_of_sensor, for_page, write_figures
 from procedures.report.overview import overview_rows

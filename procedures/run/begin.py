@@ -8,8 +8,8 @@ from ams.whole_file import write_whole
 from procedures.errors import JournalError, StorageFailed
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
-from procedures.journal.owner import owning
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
+from procedures.journal.sidecar.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver

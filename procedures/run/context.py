@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from math import inf
 from typing import Protocol
 
-from procedures.journal.line_figures import KIND as LINKS
-from procedures.journal.line_figures import link_detail
-from procedures.journal.live import LiveFile
+from procedures.journal.audit.line_figures import KIND as LINKS
+from procedures.journal.audit.line_figures import link_detail
+from procedures.journal.sidecar.live import LiveFile
 from procedures.plan.plan import Plan
 from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig

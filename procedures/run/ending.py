@@ -6,7 +6,7 @@ from datetime import datetime
 from pathlib import Path
 
 from procedures.errors import ExitStatus
-from procedures.journal.last_words import MOVED, REPLACED, TAKES_NOTHING
+from procedures.journal.sidecar.last_words import MOVED, REPLACED, TAKES_NOTHING
 from procedures.records.states import EXIT_STATUS, State
 from rig.errors import RigError
 from rig.local_time import at_both

@@ -16,20 +16,20 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from procedures.errors import JournalError, ProcedureError, StorageFailed
-from procedures.journal.alert_record import EVENT as ALERTED
-from procedures.journal.alert_record import forget_outcomes, keep_outcomes, read_outcomes
+from procedures.journal.audit.known_devices import KnownDevices
 from procedures.journal.emergency import EmergencyCopy
-from procedures.journal.guard_record import EVENT as GUARDED
-from procedures.journal.guard_record import forget_guard_record, read_guard_record
 from procedures.journal.header import calrig_version
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.known_devices import KnownDevices
-from procedures.journal.last_words import TAKES_NOTHING, forget_last_words, read_last_words, refusal
-from procedures.journal.live import LiveFile
 from procedures.journal.location import location_of
-from procedures.journal.owner import owned_since
-from procedures.journal.spool import Spool, Taken
+from procedures.journal.requests.spool import Spool, Taken
+from procedures.journal.sidecar.alert_record import EVENT as ALERTED
+from procedures.journal.sidecar.alert_record import forget_outcomes, keep_outcomes, read_outcomes
+from procedures.journal.sidecar.guard_record import EVENT as GUARDED
+from procedures.journal.sidecar.guard_record import forget_guard_record, read_guard_record
+from procedures.journal.sidecar.last_words import TAKES_NOTHING, forget_last_words, read_last_words, refusal
+from procedures.journal.sidecar.live import LiveFile
+from procedures.journal.sidecar.owner import owned_since
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence

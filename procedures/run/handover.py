@@ -8,16 +8,18 @@ from pathlib import Path
 from ams.analysis.diagnostics.take_back import void_command
 from ams.finding_kinds import OF_THE_METER
 from procedures.common_mode.ways_out import measured_again
-from procedures.journal.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
-from procedures.journal.delivering import delivered_by
-from procedures.journal.dropped_sensors import DroppedSensor, read_dropped
-from procedures.journal.guard_record import EVENT as GUARDED
-from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.audit.audit_trail import clock_words, dwells_on_one_clock, on_one_clock
+from procedures.journal.audit.dropped_sensors import DroppedSensor, read_dropped
+from procedures.journal.audit.known_devices import replacements, tenures_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.known_devices import replacements, tenures_in
-from procedures.journal.last_words import LastWords, read_last_words
-from procedures.journal.status import status
-from procedures.journal.stop_advice import (
+from procedures.journal.sidecar.delivering import delivered_by
+from procedures.journal.sidecar.guard_record import EVENT as GUARDED
+from procedures.journal.sidecar.guard_record import guard_sentence, read_guard_record
+from procedures.journal.sidecar.last_words import LastWords, read_last_words
+from procedures.journal.sidecar.unwritten import unwritten_sentence
+from procedures.journal.sidecar.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
+from procedures.journal.status.status import status
+from procedures.journal.status.stop_advice import (
     StopNumbers,
     advice,
     held_before,
@@ -26,8 +28,6 @@ from procedures.journal.stop_advice import (
     numbers_of,
     of_damage,
 )
-from procedures.journal.unwritten import unwritten_sentence
-from procedures.journal.verdict_file import grounds_in, has_earlier_verdict, hindered_in, read_verdict, rows_in
 from procedures.journal.voids import DROPPED, QUARANTINED
 from procedures.records.dwells import DwellRecord, Event
 from procedures.records.progress import LEASE, MADE_AGAIN, STRAY_MOTION

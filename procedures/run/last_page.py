@@ -3,7 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-from procedures.journal.last_words import LastWords, keep_last_words
+from procedures.journal.sidecar.last_words import LastWords, keep_last_words
 from procedures.journal.taken_away import TakenAway, keep_taken_away
 from procedures.records.states import State
 from procedures.run.ending import Outcome

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 
-from procedures.journal.live import Figure, LiveFile, Target
+from procedures.journal.sidecar.live import Figure, LiveFile, Target
 from procedures.numbers import finite
 from procedures.plan.learned_times import PartTime
 from procedures.plan.plan import Plan

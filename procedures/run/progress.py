@@ -15,8 +15,8 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from procedures.journal.live import read_live
-from procedures.journal.standing_words import rows_of
+from procedures.journal.sidecar.live import read_live
+from procedures.journal.status.standing_words import rows_of
 from procedures.records.progress import Progress, RunObserver, line_of
 from procedures.records.states import State
 from rig.clock import Clock, SystemClock

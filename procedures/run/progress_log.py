@@ -5,7 +5,7 @@ from pathlib import Path
 
 from procedures.journal.emergency import EmergencyCopy, emergency_copy
 from procedures.journal.journal import Journal
-from procedures.journal.spool import Taken
+from procedures.journal.requests.spool import Taken
 from procedures.journal.voids import KIND as VOIDED
 from procedures.lease.keeper import LeaseNews
 from procedures.records.dwells import DwellRecord

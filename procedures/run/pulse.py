@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 
 from procedures.errors import StorageFailed
-from procedures.journal.alert_record import EVENT as ALERTED
-from procedures.journal.live import LiveFile
+from procedures.journal.sidecar.alert_record import EVENT as ALERTED
+from procedures.journal.sidecar.live import LiveFile
 from procedures.records.progress import LEASE
 from procedures.run.progress_log import ProgressLog
 from procedures.run.services import RunServices

@@ -2,7 +2,7 @@
 
 Nothing is re-used across a break in trust: every axis is homed anew, the six-attitude check set is measured again and
 compared with the one from the start, and only then the first missing dwell is measured. Changed files or software
-refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.journal.changes`).
+refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.journal.audit.changes`).
 """
 
 from collections.abc import Iterator
@@ -14,17 +14,17 @@ from pathlib import Path
 from ams.errors import WriteFailed
 from ams.whole_file import replace_file
 from procedures.errors import RequestError
-from procedures.journal.changes import KIND as OVERRIDE
-from procedures.journal.changes import Change, changes_since, require_unchanged, with_what_may_change
+from procedures.journal.audit.changes import KIND as OVERRIDE
+from procedures.journal.audit.changes import Change, changes_since, require_unchanged, with_what_may_change
+from procedures.journal.audit.known_devices import KnownDevices, known_devices
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.known_devices import KnownDevices, known_devices
 from procedures.journal.location import is_copy
-from procedures.journal.owner import owning
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
+from procedures.journal.sidecar.owner import owning
+from procedures.journal.sidecar.verdict_file import set_verdict_aside
 from procedures.journal.storage import JOURNAL_FILE
-from procedures.journal.verdict_file import set_verdict_aside
 from procedures.journal.voids import QUARANTINED
 from procedures.plan.plan import Plan
 from procedures.records.progress import RunObserver

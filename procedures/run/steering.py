@@ -15,7 +15,7 @@ from datetime import datetime
 from math import inf
 from types import FrameType
 
-from procedures.journal.spool import Request, Spool, Taken
+from procedures.journal.requests.spool import Request, Spool, Taken
 from procedures.records.states import State
 from procedures.run.ending import Ending
 from rig.clock import Clock

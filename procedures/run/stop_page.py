@@ -14,13 +14,13 @@ from ams.errors import WriteFailed
 from ams.units import ARCSEC_PER_DEG
 from ams.whole_file import write_whole
 from procedures.errors import ProcedureError
-from procedures.journal.audit_trail import MadeAgain, made_again_in
+from procedures.journal.audit.audit_trail import MadeAgain, made_again_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import MOVED, REPLACED, STORAGE, TAKES_NOTHING
-from procedures.journal.owner import is_owned
-from procedures.journal.second_folder import make_beside
-from procedures.journal.standing import derived_state
-from procedures.journal.stop_advice import StopNumbers, advice, numbers_of
+from procedures.journal.sidecar.last_words import MOVED, REPLACED, STORAGE, TAKES_NOTHING
+from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.sidecar.second_folder import make_beside
+from procedures.journal.status.standing import derived_state
+from procedures.journal.status.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event

@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from procedures.errors import StorageFailed
-from procedures.journal.last_words import STORAGE, LastWords, keep_last_words
+from procedures.journal.sidecar.last_words import STORAGE, LastWords, keep_last_words
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.plan.plan import Plan
 from procedures.records.progress import Progress, RunObserver

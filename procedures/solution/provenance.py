@@ -10,8 +10,8 @@ from ams.frames import body_rates_rad_s, wrap_deg
 from ams.models.possible_temperature import impossible_temperatures
 from ams.sets.provenance import Provenance, Standard, level_ranges
 from ams.sets.sensed_quantity import FIELDS
-from procedures.journal.audit_trail import missing_in
-from procedures.journal.known_devices import dwells_by_device
+from procedures.journal.audit.audit_trail import missing_in
+from procedures.journal.audit.known_devices import dwells_by_device
 from procedures.records.dwells import DwellRecord, measured_again
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor

@@ -8,10 +8,10 @@ from functools import cached_property
 from pathlib import Path
 
 from procedures.common_mode.visit_watch import Judged, judge_run
-from procedures.journal.audit_trail import dwells_on_one_clock, on_one_clock
+from procedures.journal.audit.audit_trail import dwells_on_one_clock, on_one_clock
+from procedures.journal.audit.known_devices import Tenure, tenures_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.known_devices import Tenure, tenures_in
-from procedures.journal.owner import is_owned
+from procedures.journal.sidecar.owner import is_owned
 from procedures.plan.plan import Plan
 from procedures.records.declared_supply import correcting
 from procedures.records.dwells import DwellRecord, Event

@@ -24,7 +24,7 @@ LATER = {
     "procedures.cli.support": {"procedures/cli/main.py"},
     # the stop goes before anything else is imported
     "procedures.cli": {"procedures/cli/main.py", "procedures/cli/start.py", "procedures/cli/stop_at_once.py"},
-    "procedures.journal.spool": {"procedures/cli/stop_at_once.py"},
+    "procedures.journal.requests.spool": {"procedures/cli/stop_at_once.py"},
     "procedures.errors": {"procedures/cli/stop_at_once.py"},
     "rig.clock": {"procedures/cli/stop_at_once.py"},
     "rig.plain_text": {"procedures/cli/stop_at_once.py"},
@@ -104,7 +104,7 @@ FOR_TESTS = {
     "rig.twins.serving.servers:serve_tcp",
 }
 """Twins on ports and lines with faults, which stand beside what they imitate and serve tests alone."""
-STORED = {("procedures/journal/spool.py", "place"), ("ams/archive/leases.py", "place")}
+STORED = {("procedures/journal/requests/spool.py", "place"), ("ams/archive/leases.py", "place")}
 """Fields whose names are keys of what is stored."""
 
 

@@ -16,8 +16,8 @@ import pytest
 from small_run import Bench, bench, in_child, measured_in, resumed
 
 from procedures.errors import RequestError
-from procedures.journal.spool import ask
-from procedures.journal.status import status
+from procedures.journal.requests.spool import ask
+from procedures.journal.status.status import status
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from rig.clock import SystemClock

@@ -22,10 +22,10 @@ from unattended_run import UnattendedRun, events, run_unattended, states
 from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings
 from procedures.errors import StorageFailed
-from procedures.journal.audit_trail import interruptions_in
-from procedures.journal.corrections import add_note
-from procedures.journal.last_words import read_last_words
-from procedures.journal.status import status
+from procedures.journal.audit.audit_trail import interruptions_in
+from procedures.journal.requests.corrections import add_note
+from procedures.journal.sidecar.last_words import read_last_words
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
 from procedures.records.states import RESUMABLE, State

@@ -23,8 +23,8 @@ from ams.inputs.observations_csv import read_csv
 from procedures.alerts.settings import read_alerts
 from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.requests.spool import Spool
 from procedures.journal.salvage import salvage
-from procedures.journal.spool import Spool
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.kinds.read import read_procedure
 from rig.clock import SystemClock

@@ -12,8 +12,8 @@ from fault_scripts import Person
 from killing import Target, after, kill_and_resume, require_kept, run_child
 from small_run import resumed
 
-from procedures.journal.spool import Spool
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Spool
+from procedures.journal.status.status import status
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import State
 from procedures.run.begin import begin

@@ -15,7 +15,7 @@ from device_sets import SHORTER, device_set
 from killing import Aim, Target, require_kept, run_child
 from small_run import Bench
 
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.dwells import DwellRecord

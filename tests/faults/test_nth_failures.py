@@ -13,7 +13,7 @@ from killing import Target
 from small_run import measured_in, resumed
 
 from procedures.errors import JournalError, StorageFailed
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import RESUMABLE, State
 from rig.assembly.faulty_lines import drivers_of

@@ -25,8 +25,8 @@ from small_run import Bench, dwells_of, measured
 
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Spool
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Spool
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
 from procedures.records.states import ANSWERED_FOR, RESUMABLE, State, require_transition

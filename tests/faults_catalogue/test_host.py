@@ -19,7 +19,7 @@ from procedures.delivery.deliver import solve_run
 from procedures.errors import ExitStatus, JournalError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.salvage import salvage
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE, SCHEMA_VERSION
 from procedures.records.states import State
 from procedures.run.resume import resume

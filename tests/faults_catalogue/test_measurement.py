@@ -16,7 +16,7 @@ from unattended_run import UnattendedRun, asks, events, run_unattended, states
 
 from procedures.cli.run.last_word import last_word
 from procedures.delivery.deliver import deliver, solve_run
-from procedures.journal.event_words import event_words
+from procedures.journal.audit.event_words import event_words
 from procedures.records.states import State
 from procedures.run.handover import handover
 from rig.abilities.abilities import Burst, Readout, Wait

@@ -6,7 +6,7 @@ from pathlib import Path
 from raised_messages import messages_in, texts_in
 
 from ams.finding_kinds import KINDS, UNUSABLE_AXIS
-from procedures.journal.stop_advice import ADVICE, IN_GENERAL, advice
+from procedures.journal.status.stop_advice import ADVICE, IN_GENERAL, advice
 from procedures.records.states import State
 
 ROOT = Path(__file__).parents[2]

@@ -1,7 +1,7 @@
 """Requests of somebody who looked at the run a moment before: they expect the state in which it is."""
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.spool import Request, Spool
 
 
 def put(spool: Spool, kind: str, by: str, text: str = "", at_utc: str = "2026-03-01T13:00:00+00:00") -> None:

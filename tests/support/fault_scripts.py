@@ -19,7 +19,7 @@ from small_run import Bench
 
 from procedures.delivery.deliver import sensors_document, solve_run
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.records.progress import Progress, RunObserver, SilentObserver
 from procedures.records.states import State
 from procedures.run.begin import begin

@@ -14,8 +14,8 @@ from small_run import Bench, dwells_of, measured, resumed
 from without_times import without_times
 
 from procedures.delivery.deliver import sensors_document, solve_run
-from procedures.journal.owner import is_owned
-from procedures.journal.status import status
+from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.dwells import DwellRecord
 from procedures.records.progress import Progress, RunObserver

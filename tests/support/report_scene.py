@@ -12,7 +12,7 @@ from ams.calibration_result import AxisCalibration, FTest, ParameterEstimate, Re
 from ams.findings import Finding, significant_texts
 from ams.gravity import Gravity
 from ams.observations import Observations
-from procedures.journal.audit_trail import Interruption, Note  # fmt: skip
+from procedures.journal.audit.audit_trail import Interruption, Note  # fmt: skip
 from procedures.report.conclusions import axis_view
 from procedures.report.sections.equipment import Device, Equipment, StandardRow
 from procedures.report.sections.provenance import Provenance

@@ -11,7 +11,7 @@ from typing import NoReturn
 from procedures.description.named_files import files_named_by
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.plan.plan import Plan

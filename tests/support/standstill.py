@@ -11,7 +11,7 @@ from faulty_rig import FaultyRig
 from small_run import Bench, bench
 from unattended_run import UnattendedRun, asks
 
-from procedures.journal.spool import Request
+from procedures.journal.requests.spool import Request
 from procedures.run.begin import begin
 from procedures.run.services import RunServices
 from rig.abilities.abilities import AxisState
@@ -87,7 +87,7 @@ def _raises(error: Exception) -> Callable[[StruckRun], None]:
 
 
 def _asks_abort(run: StruckRun) -> None:
-    from procedures.journal.spool import Spool
+    from procedures.journal.requests.spool import Spool
 
     Spool(run.run_dir).submit(Request("abort", "anna", "2026-03-01T13:00:00+00:00"))
 

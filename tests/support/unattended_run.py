@@ -10,7 +10,7 @@ from journals import a_clock
 from small_run import Bench
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.records.dwells import Event
 from procedures.records.progress import Progress
 from procedures.run.begin import begin

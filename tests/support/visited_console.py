@@ -13,7 +13,7 @@ from procedures.console.gate import Site
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.run_list import RunList
+from procedures.journal.status.run_list import RunList
 from procedures.records.states import State
 from rig.clock import VirtualClock
 

@@ -13,7 +13,7 @@ from procedures.cli.steer.choose_run import alive_or_latest
 from procedures.delivery.deliver import SolvedRun, deliver, sensors_document, solve_run
 from procedures.delivery.unsolved import page_of_unsolved
 from procedures.errors import ExitStatus
-from procedures.journal.delivering import delivering
+from procedures.journal.sidecar.delivering import delivering
 from procedures.report.summary import MOST_IN_FULL
 from procedures.solution.by_model import checked_by_monte_carlo
 

@@ -14,15 +14,15 @@ from procedures.cli.output import note
 from procedures.cli.program_log import LoggedObserver
 from procedures.cli.run.opening import Opening
 from procedures.errors import ProcedureError
-from procedures.journal.alert_record import (
+from procedures.journal.requests.corrections import acknowledge, is_acknowledged
+from procedures.journal.sidecar.alert_record import (
     forget_acknowledgement,
     is_acknowledged_elsewhere,
     keep_outcomes,
     outcome_sentence,
 )
-from procedures.journal.corrections import acknowledge, is_acknowledged
-from procedures.journal.second_folder import second_folder
-from procedures.journal.stop_advice import advice_of
+from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.status.stop_advice import advice_of
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
 from procedures.run.progress import shown_on

@@ -17,8 +17,8 @@ from pathlib import Path
 from procedures.alerts.reader import is_read, read_by_us
 from procedures.cli.output import note, print_json, say
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.announced_folder import announced_folder
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.status.announced_folder import announced_folder
 from procedures.journal.storage import JOURNAL_FILE
 from rig.clock import Clock, SystemClock
 

@@ -16,8 +16,8 @@ from procedures.cli.failure import sentence_of
 from procedures.cli.locations import JOURNAL
 from procedures.cli.output import note
 from procedures.errors import ProcedureError
-from procedures.journal.alert_record import outcome_sentence
-from procedures.journal.status import status
+from procedures.journal.sidecar.alert_record import outcome_sentence
+from procedures.journal.status.status import status
 from procedures.records.states import RESUMABLE
 from rig.clock import SystemClock
 from rig.errors import DescriptionError, WaitEnded

@@ -11,13 +11,13 @@ from procedures.alerts.settings import AlertSettings, chosen_alerts
 from procedures.cli.options import Alerts
 from procedures.cli.run.attend import ring_out
 from procedures.errors import ProcedureError
-from procedures.journal.guard_record import guard_sentence
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import LastWords, keep_last_words
-from procedures.journal.second_folder import second_folder
-from procedures.journal.standing import progress_of
-from procedures.journal.status import status
-from procedures.journal.stop_advice import advice_of
+from procedures.journal.sidecar.guard_record import guard_sentence
+from procedures.journal.sidecar.last_words import LastWords, keep_last_words
+from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.status.standing import progress_of
+from procedures.journal.status.status import status
+from procedures.journal.status.stop_advice import advice_of
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import ACTIVE, State
 from procedures.run.ending import DIED

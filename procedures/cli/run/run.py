@@ -54,12 +54,12 @@ from procedures.delivery.publish import history_findings
 from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
 from procedures.description.named_files import files_named_by
 from procedures.errors import ExitStatus, NotSolved, ProcedureError, RequestError
-from procedures.journal.delivering import delivering
 from procedures.journal.header import RunHeader, make_header
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
-from procedures.journal.second_folder import second_folder
-from procedures.journal.status import status
+from procedures.journal.sidecar.delivering import delivering
+from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.status.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.lease.keeper import leased

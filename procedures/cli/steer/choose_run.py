@@ -9,7 +9,7 @@ from pathlib import Path
 from procedures.cli.locations import find_run
 from procedures.cli.output import note
 from procedures.errors import RequestError
-from procedures.journal.run_list import RunList
+from procedures.journal.status.run_list import RunList
 from procedures.records.states import State
 
 _MOST_NAMED = 5

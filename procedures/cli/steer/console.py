@@ -15,7 +15,7 @@ from procedures.console.serve import DEFAULT_LISTEN, bound, serve
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.run_list import RunList
+from procedures.journal.status.run_list import RunList
 from rig.clock import SystemClock
 
 app = App(

@@ -4,7 +4,7 @@ import shlex
 from pathlib import Path
 
 from procedures.cli.output import note
-from procedures.journal.dropped_sensors import read_dropped
+from procedures.journal.audit.dropped_sensors import read_dropped
 from procedures.journal.journal_reader import JournalReader
 
 

@@ -15,12 +15,12 @@ from typing import Literal
 
 from procedures.cli.output import note
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.follower import Follower, News
-from procedures.journal.live import read_live
-from procedures.journal.spool import ask
-from procedures.journal.standing import RunStatus, progress_of
-from procedures.journal.standing_words import live_rows
-from procedures.journal.status import status
+from procedures.journal.requests.spool import ask
+from procedures.journal.sidecar.live import read_live
+from procedures.journal.status.follower import Follower, News
+from procedures.journal.status.standing import RunStatus, progress_of
+from procedures.journal.status.standing_words import live_rows
+from procedures.journal.status.status import status
 from procedures.records.progress import Progress, RunObserver
 from procedures.records.states import ACTIVE, EXIT_STATUS
 from procedures.run.progress import shown_on

@@ -27,8 +27,8 @@ from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.dropped import tell_dropped
 from procedures.delivery.ended_results import end_results
 from procedures.errors import ExitStatus, JournalTakenAway, RequestError
-from procedures.journal.alert_record import is_known_elsewhere, keep_acknowledgement
-from procedures.journal.corrections import (
+from procedures.journal.journal_reader import JournalReader
+from procedures.journal.requests.corrections import (
     TAKES_BACK,
     Authorisation,
     acknowledge,
@@ -37,12 +37,12 @@ from procedures.journal.corrections import (
     measured_of,
     void_from,
 )
-from procedures.journal.corrections import redo as redo_replication
-from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import is_owned
+from procedures.journal.requests.corrections import redo as redo_replication
+from procedures.journal.requests.spool import ask
 from procedures.journal.salvage import salvage as rescue
-from procedures.journal.second_folder import second_folder
-from procedures.journal.spool import ask
+from procedures.journal.sidecar.alert_record import is_known_elsewhere, keep_acknowledgement
+from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.sidecar.second_folder import second_folder
 from procedures.journal.taken_away import require_not_taken_away
 from procedures.queue.hands import REMOUNTED
 from procedures.records.dwells import DwellRecord

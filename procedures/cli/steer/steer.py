@@ -16,25 +16,25 @@ from procedures.cli.queues_disarmed import disarmed_by
 from procedures.cli.steer.choose_run import alive_or_latest, run_in_state
 from procedures.cli.steer.follow import attach_to, shown_until_left
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.alert_record import Outcome, outcome_sentence, read_outcomes
-from procedures.journal.audit_trail import clock_sentence
-from procedures.journal.corrections import Authorisation, close_run
-from procedures.journal.delivering import delivered_by
-from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.audit.audit_trail import clock_sentence
+from procedures.journal.audit.line_figures import lines_in_words
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import read_last_words
-from procedures.journal.line_figures import lines_in_words
-from procedures.journal.live import Live, live_document, read_live
-from procedures.journal.metrics import RunFigures, metrics_text
-from procedures.journal.run_list import ListedRun, RunList
-from procedures.journal.second_folder import second_folder
-from procedures.journal.spool import ask
-from procedures.journal.standing import RunStatus, progress_of
-from procedures.journal.standing_words import rows_of
-from procedures.journal.status import status as look
-from procedures.journal.stop_advice import of_damage
-from procedures.journal.unwritten import unwritten_sentence
-from procedures.journal.verdict_file import read_verdict
+from procedures.journal.requests.corrections import Authorisation, close_run
+from procedures.journal.requests.spool import ask
+from procedures.journal.sidecar.alert_record import Outcome, outcome_sentence, read_outcomes
+from procedures.journal.sidecar.delivering import delivered_by
+from procedures.journal.sidecar.guard_record import guard_sentence, read_guard_record
+from procedures.journal.sidecar.last_words import read_last_words
+from procedures.journal.sidecar.live import Live, live_document, read_live
+from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.sidecar.unwritten import unwritten_sentence
+from procedures.journal.sidecar.verdict_file import read_verdict
+from procedures.journal.status.metrics import RunFigures, metrics_text
+from procedures.journal.status.run_list import ListedRun, RunList
+from procedures.journal.status.standing import RunStatus, progress_of
+from procedures.journal.status.standing_words import rows_of
+from procedures.journal.status.status import status as look
+from procedures.journal.status.stop_advice import of_damage
 from procedures.records.states import RESUMABLE, State
 from procedures.run.progress import PlainLines
 from rig.clock import SystemClock

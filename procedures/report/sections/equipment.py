@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pydantic import BaseModel
 
-from procedures.journal.known_devices import identities_in_words
+from procedures.journal.audit.known_devices import identities_in_words
 from procedures.report.conditions import condition_sections
 from procedures.report.section import Section, SectionSource, fragment_beside
 from rig.description.rig_file import RigDescription, Standard

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from procedures.journal.audit_trail import MadeAgain, made_again_in
+from procedures.journal.audit.audit_trail import MadeAgain, made_again_in
 from procedures.numbers import attitude
 from procedures.records.dwells import DwellRecord
 from procedures.report.section import Section, SectionSource, fragment_beside

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from procedures.common_mode.check_sets import accepted_epochs, first_checks, steps_in_mid_run
-from procedures.journal.dropped_sensors import dropped_sensors
+from procedures.journal.audit.dropped_sensors import dropped_sensors
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.voids import KIND as VOIDED
 from procedures.plan.plan import Plan

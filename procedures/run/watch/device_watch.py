@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from procedures.journal.changes import KIND as OVERRIDE
-from procedures.journal.known_devices import ANSWERED, TAKEN_OVER, KnownDevices, is_used, other_devices
+from procedures.journal.audit.changes import KIND as OVERRIDE
+from procedures.journal.audit.known_devices import ANSWERED, TAKEN_OVER, KnownDevices, is_used, other_devices
 from procedures.plan.plan import Plan
 
 UNSEEN = "--accept-changes takes over only what the run stopped at before: look at it, then give it again"

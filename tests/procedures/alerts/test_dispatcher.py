@@ -20,10 +20,10 @@ from procedures.alerts.dispatcher import AlertDispatcher, tell_people
 from procedures.alerts.outbox import MOST_UNDER_WAY
 from procedures.alerts.settings import AlertSettings, Escalation, read_alerts
 from procedures.errors import ExitStatus, StorageFailed
-from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.stop_advice import advice_of
+from procedures.journal.requests.corrections import is_acknowledged
+from procedures.journal.status.stop_advice import advice_of
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
 from procedures.run.resume import resume

@@ -11,7 +11,7 @@ from solved import provenance, solved_package
 
 from ams.exports.formats import FORMATS
 from ams.sets.coefficients import build_set
-from procedures.journal.changes import changes_since
+from procedures.journal.audit.changes import changes_since
 from procedures.journal.journal_reader import JournalReader
 from procedures.queue.people import source_of
 

@@ -10,7 +10,7 @@ from archived_runs import a_run, a_sensor
 from run_folders import STARTED_UTC, make_run
 
 from ams.archive.runs import publish_run
-from procedures.journal.corrections import add_note
+from procedures.journal.requests.corrections import add_note
 from procedures.records.states import State
 
 CALLS = "import sys; from procedures.cli.main import run_command; [run_command(c.split('|')) for c in sys.argv[1:]]"

@@ -20,7 +20,7 @@ from run_folders import make_run
 from turning_rig import STAGE_FOR_ROLL
 from websockets.sync.client import connect
 
-from procedures.journal.owner import owning
+from procedures.journal.sidecar.owner import owning
 from procedures.records.states import State
 from rig.clock import SystemClock
 

@@ -21,9 +21,9 @@ from procedures.console import acts, gate
 from procedures.console.gate import LONGEST_BODY
 from procedures.console.sessions import ACTS, LIFE_S, MOST_WRONG_SECRETS
 from procedures.errors import RequestError
-from procedures.journal.corrections import add_note
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import owning
+from procedures.journal.requests.corrections import add_note
+from procedures.journal.sidecar.owner import owning
 from procedures.records.states import State
 from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
 

@@ -17,7 +17,7 @@ from run_folders import make_run
 from slow_wires import Wire
 
 from procedures.journal.journal import Journal
-from procedures.journal.owner import owning
+from procedures.journal.sidecar.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 

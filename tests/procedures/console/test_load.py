@@ -33,8 +33,8 @@ from websockets.typing import Origin
 
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.live import LiveFile
-from procedures.journal.owner import owning
+from procedures.journal.sidecar.live import LiveFile
+from procedures.journal.sidecar.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.dwells import ChannelReading, DwellRecord
 from procedures.records.states import State

@@ -11,7 +11,7 @@ from starlette.testclient import TestClient
 from starlette.websockets import WebSocketDisconnect
 from visited_console import BASE, HOST, Visited
 
-from procedures.journal.owner import owning
+from procedures.journal.sidecar.owner import owning
 from procedures.records.states import State
 
 NOBODY = 65534

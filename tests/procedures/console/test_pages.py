@@ -25,11 +25,11 @@ from procedures.console.heat_map import heat_map
 from procedures.console.night import evening_before
 from procedures.console.sessions import Sessions
 from procedures.console.shared import Console
-from procedures.journal.follower import FollowedDwell
 from procedures.journal.journal import Journal
-from procedures.journal.owner import owning
-from procedures.journal.run_list import RunList
-from procedures.journal.stop_advice import StopNumbers, numbers_of
+from procedures.journal.sidecar.owner import owning
+from procedures.journal.status.follower import FollowedDwell
+from procedures.journal.status.run_list import RunList
+from procedures.journal.status.stop_advice import StopNumbers, numbers_of
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 

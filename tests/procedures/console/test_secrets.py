@@ -14,7 +14,7 @@ from consoles import ServedConsole, served_console
 from run_folders import make_run
 
 from procedures.accounts.people import People
-from procedures.journal.owner import owning
+from procedures.journal.sidecar.owner import owning
 from procedures.records.states import State
 from rig.clock import SystemClock
 

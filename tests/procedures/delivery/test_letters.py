@@ -27,8 +27,8 @@ from reports_left_out import reports_left_out
 
 from procedures.cli.main import run_command
 from procedures.errors import RequestError
-from procedures.journal.corrections import Authorisation
-from procedures.journal.spool import ask
+from procedures.journal.requests.corrections import Authorisation
+from procedures.journal.requests.spool import ask
 from procedures.report.figures import Figures
 from rig import plain_text
 

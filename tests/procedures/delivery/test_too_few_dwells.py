@@ -9,7 +9,7 @@ from command import call
 from small_run import Bench, bench
 
 from ams.errors import WriteFailed
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.spool import Request, Spool
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from procedures.errors import JournalError, RequestError, StorageFailed
-from procedures.journal.owner import OWNER_FILE, is_owned, owned_since, owning
+from procedures.journal.sidecar.owner import OWNER_FILE, is_owned, owned_since, owning
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount, require_journal_file
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")

@@ -15,8 +15,8 @@ import pytest
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.number_changes import number_changes
 from procedures.errors import RequestError
-from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.requests.corrections import Authorisation, redo
 from procedures.journal.salvage import salvage
 from procedures.records.states import State
 from procedures.run.resume import resume

@@ -16,13 +16,13 @@ from without_times import without_times
 from ams.calibration.together.in_step_hidden import SAME_ORDER
 from procedures.delivery.deliver import SolvedRun, sensors_document, solve_run
 from procedures.errors import ExitStatus, JournalError, RequestError, StorageFailed
-from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.emergency import UNSAVED_FILE, EmergencyCopy, emergency_copy
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import STORAGE
 from procedures.journal.location import file_system, require_local
+from procedures.journal.requests.corrections import Authorisation, redo
 from procedures.journal.salvage import salvage
+from procedures.journal.sidecar.last_words import STORAGE
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.progress import Progress
 from procedures.records.states import State

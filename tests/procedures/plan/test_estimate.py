@@ -7,7 +7,7 @@ from planning_files import AIR, procedure_file, rig_file
 
 from procedures.journal.header import make_header
 from procedures.journal.journal import Journal
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.kinds.planner import make_plan
 from procedures.records.states import State
 from procedures.run.engine import Start, run

@@ -16,8 +16,8 @@ from procedures.alerts.dispatcher import AlertDispatcher
 from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.cli.run.attend import ring_out
 from procedures.errors import RequestError
-from procedures.journal.corrections import is_acknowledged
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.requests.corrections import is_acknowledged
 from procedures.queue import people
 from procedures.queue.hands import heed
 from procedures.queue.state import Item, ItemState

@@ -7,7 +7,7 @@ from many_packages import many_packages, serial
 from report_scene import Scene, run_view
 
 from procedures.cli.main import run_command
-from procedures.journal.verdict_file import VERDICT_FILE
+from procedures.journal.sidecar.verdict_file import VERDICT_FILE
 from procedures.report.overview import overview_rows, stated_once
 
 EVERYONE = ("SN1", "SN2", "SN3")

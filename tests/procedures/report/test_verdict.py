@@ -7,7 +7,7 @@ from report_scene import Scene, run_view
 
 from ams.findings import Finding, significant_texts
 from ams.sets.verdict_conditions import NO_GRAVITY, TERMS_NOT_TESTED
-from procedures.journal.audit_trail import Interruption
+from procedures.journal.audit.audit_trail import Interruption
 from procedures.kinds.section import SensorPage
 from procedures.records.declared_gaps import meter_remarks
 from procedures.report.verdict import judge

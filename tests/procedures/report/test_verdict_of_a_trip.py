@@ -8,7 +8,7 @@ from faulty_rig import FaultyRig
 from small_run import Bench, bench
 from unattended_run import RigReopenedLate, UnattendedRun, asks, run_unattended
 
-from procedures.journal.audit_trail import interruptions_in
+from procedures.journal.audit.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view

@@ -11,7 +11,7 @@ from unattended_run import Happening, UnattendedRun, asks, events, run_unattende
 from ams.archive.sets import list_sets
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.publish import publish_solved
-from procedures.journal.corrections import Authorisation, redo, void_from
+from procedures.journal.requests.corrections import Authorisation, redo, void_from
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.report.assemble import assemble_view

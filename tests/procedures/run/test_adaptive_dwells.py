@@ -10,7 +10,7 @@ from procedures.check.check_report import check, to_document
 from procedures.description.dwell_settings import AdaptiveDwell
 from procedures.errors import PlanError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.kinds.solve import solve_sensors

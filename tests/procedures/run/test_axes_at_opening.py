@@ -8,7 +8,7 @@ from resumed import resume_on
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import RigReopenedLate, UnattendedRun, events, run_unattended, states
 
-from procedures.journal.audit_trail import notes_in
+from procedures.journal.audit.audit_trail import notes_in
 from procedures.records.progress import STRAY_MOTION
 from procedures.records.states import State
 from procedures.run.handover import handover

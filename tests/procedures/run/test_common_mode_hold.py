@@ -19,9 +19,9 @@ from procedures.cli.main import run_command
 from procedures.common_mode.visit_watch import VisitWatch, judge_run
 from procedures.delivery.deliver import sets_of, solve_run
 from procedures.delivery.publish import publish_solved
-from procedures.journal.corrections import Authorisation, void_from
 from procedures.journal.header import make_header
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.corrections import Authorisation, void_from
+from procedures.journal.requests.spool import Request, Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.dwells import DwellRecord

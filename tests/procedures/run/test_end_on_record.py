@@ -9,10 +9,10 @@ from small_run import StopAt, bench
 
 from ams.errors import WriteFailed
 from procedures.errors import StorageFailed
-from procedures.journal import kept_beside
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.last_words import read_last_words
+from procedures.journal.sidecar import kept_beside
+from procedures.journal.sidecar.last_words import read_last_words
 from procedures.records.states import ACTIVE, State
 from procedures.run import stop_page
 from procedures.run.services import RunServices

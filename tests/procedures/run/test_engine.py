@@ -15,8 +15,8 @@ from small_run import Bench, bench, dwells_of, measured
 
 from procedures.errors import ExitStatus
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Request, Spool
+from procedures.journal.status.status import status
 from procedures.records.dwells import Event
 from procedures.records.progress import Progress
 from procedures.records.states import State

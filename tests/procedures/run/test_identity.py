@@ -17,9 +17,9 @@ from procedures.alerts.channels import without_secrets
 from procedures.cli.main import run_command
 from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
 from procedures.errors import RequestError
-from procedures.journal.corrections import Authorisation, redo
 from procedures.journal.location import is_copy, location_of
-from procedures.journal.status import status
+from procedures.journal.requests.corrections import Authorisation, redo
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.records.states import State
 from procedures.run.handover import handover

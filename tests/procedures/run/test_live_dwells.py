@@ -10,7 +10,7 @@ from asking import put
 from small_run import bench
 from unattended_run import UnattendedRun, asks, run_unattended
 
-from procedures.journal.live import LIVE_FILE, LiveFile, read_live
+from procedures.journal.sidecar.live import LIVE_FILE, LiveFile, read_live
 from procedures.plan.learned_times import PartTime
 from procedures.plan.step_times import SETTLE
 from procedures.plan.steps import Soak

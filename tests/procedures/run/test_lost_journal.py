@@ -16,10 +16,10 @@ from unattended_run import UnattendedRun, asks, run_unattended
 from visited_console import Visited
 
 from procedures.errors import ExitStatus, JournalError, JournalTakenAway
-from procedures.journal.alert_record import is_acknowledged_elsewhere
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.second_folder import second_folder
-from procedures.journal.status import status
+from procedures.journal.sidecar.alert_record import is_acknowledged_elsewhere
+from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.records.states import State
 from procedures.run.ending import Outcome
@@ -38,7 +38,7 @@ WRITES = "import sys; open(sys.argv[1], 'a').write(sys.stdin.read())"
 
 @pytest.fixture(autouse=True)
 def _state_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("procedures.journal.second_folder.user_state_path", lambda _name: tmp_path / "state")
+    monkeypatch.setattr("procedures.journal.sidecar.second_folder.user_state_path", lambda _name: tmp_path / "state")
 
 
 @pytest.fixture(scope="module")

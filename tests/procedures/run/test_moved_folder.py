@@ -14,9 +14,9 @@ from procedures.alerts.settings import AlertSettings, Escalation
 from procedures.cli.run.attend import attended, ring_out
 from procedures.cli.run.opening import Opening
 from procedures.errors import ExitStatus
-from procedures.journal.alert_record import is_acknowledged_elsewhere
-from procedures.journal.corrections import is_acknowledged
-from procedures.journal.second_folder import second_folder
+from procedures.journal.requests.corrections import is_acknowledged
+from procedures.journal.sidecar.alert_record import is_acknowledged_elsewhere
+from procedures.journal.sidecar.second_folder import second_folder
 from procedures.records.progress import SilentObserver
 from procedures.records.states import State
 from procedures.run.ending import Outcome
@@ -27,7 +27,7 @@ from rig.clock import VirtualClock
 
 @pytest.fixture(autouse=True)
 def _state_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("procedures.journal.second_folder.user_state_path", lambda _name: tmp_path / "state")
+    monkeypatch.setattr("procedures.journal.sidecar.second_folder.user_state_path", lambda _name: tmp_path / "state")
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from small_run import Bench, StopAt
 from procedures.description import named_files
 from procedures.description.procedure_file import Design
 from procedures.errors import RequestError
-from procedures.journal.changes import changes_since
+from procedures.journal.audit.changes import changes_since
 from procedures.journal.header import RunHeader
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.storage import JOURNAL_FILE

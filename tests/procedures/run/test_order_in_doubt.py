@@ -13,10 +13,10 @@ from unattended_run import UnattendedRun, events
 
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.errors import ExitStatus
-from procedures.journal.audit_trail import interruptions_in
+from procedures.journal.audit.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Spool
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Spool
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome

@@ -9,7 +9,7 @@ from small_run import bench, dwells_of, measured
 
 from procedures.journal.header import make_header
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.progress import Progress

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from small_run import bench, in_child, killed_after
 
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.records.progress import Progress, line_of
 from procedures.records.states import State
 from procedures.run.progress import Pace, PlainLines, shown_on

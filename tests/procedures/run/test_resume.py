@@ -17,15 +17,15 @@ from resumed import resume_on
 from small_run import Bench, StopAt, bench, dwells_of, in_child, measured
 
 from procedures.errors import ExitStatus, JournalError, RequestError
-from procedures.journal.audit_trail import on_one_clock
-from procedures.journal.changes import Change, may_be_answered_for, require_unchanged, with_what_may_change
+from procedures.journal.audit.audit_trail import on_one_clock
+from procedures.journal.audit.changes import Change, may_be_answered_for, require_unchanged, with_what_may_change
 from procedures.journal.journal import Journal
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.owner import is_owned, owning
-from procedures.journal.spool import Request, Spool, ask
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Request, Spool, ask
+from procedures.journal.sidecar.owner import is_owned, owning
+from procedures.journal.sidecar.verdict_file import has_earlier_verdict, read_verdict, set_verdict_aside
+from procedures.journal.status.status import status
 from procedures.journal.storage import JOURNAL_FILE
-from procedures.journal.verdict_file import has_earlier_verdict, read_verdict, set_verdict_aside
 from procedures.kinds.read import procedure_form
 from procedures.plan.steps import Dwell, Soak
 from procedures.records.progress import Progress
@@ -185,7 +185,7 @@ def test_fault_70_a_person_may_answer_for_a_change_and_the_record_keeps_it(
     small: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run_dir = _stopped(small)
-    monkeypatch.setattr("procedures.journal.changes.calrig_version", lambda: "9.9.9")
+    monkeypatch.setattr("procedures.journal.audit.changes.calrig_version", lambda: "9.9.9")
     with pytest.raises(RequestError, match=r"--accept-changes needs a name and a reason: .* reason got ' '"):
         resume(run_dir, "carla", " ", accepts_changes=True)
     assert resume(run_dir, "carla", "a new release", StopAt(run_dir, 14), accepts_changes=True).state is State.STOPPED
@@ -269,7 +269,7 @@ def test_fault_70_of_a_changed_rig_file_only_ports_are_taken_over(tmp_path: Path
 
 def test_fault_70_resume_refuses_another_version_of_the_software(small: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
     run_dir = _stopped(small)
-    monkeypatch.setattr("procedures.journal.changes.calrig_version", lambda: "9.9.9")
+    monkeypatch.setattr("procedures.journal.audit.changes.calrig_version", lambda: "9.9.9")
     with pytest.raises(RequestError, match=r"software: calrig: was .*, is .9\.9\.9"):
         resume(run_dir, "carla")
 

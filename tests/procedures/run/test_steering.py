@@ -14,8 +14,8 @@ from unattended_run import events
 from procedures.cli.run.stopping import stoppable_wait
 from procedures.errors import RequestError
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool, Taken, ask
-from procedures.journal.status import status
+from procedures.journal.requests.spool import Request, Spool, Taken, ask
+from procedures.journal.status.status import status
 from procedures.records.progress import Progress
 from procedures.records.states import State
 from procedures.run.resume import resume

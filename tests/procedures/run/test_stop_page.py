@@ -12,7 +12,7 @@ from small_run import Bench, StopAt, bench
 from unattended_run import UnattendedRun, asks, run_unattended
 
 from procedures.journal.journal import Journal
-from procedures.journal.stop_advice import ADVICE
+from procedures.journal.status.stop_advice import ADVICE
 from procedures.records.states import State
 from procedures.run.sparkline import sparkline
 from procedures.run.stop_page import explain, read_why

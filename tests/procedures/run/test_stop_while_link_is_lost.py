@@ -16,7 +16,7 @@ from unattended_run import UnattendedRun, asks, events
 
 from procedures.errors import ExitStatus
 from procedures.journal.header import make_header
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
 from procedures.records.states import State

@@ -8,7 +8,7 @@ from pathlib import Path
 from guarded_engine import CLOCK, until
 from turning_rig import STAGE_FOR_ROLL, served
 
-from procedures.journal.guard_record import read_guard_record
+from procedures.journal.sidecar.guard_record import read_guard_record
 from rig.guard import stop_guard
 
 BUSY_LIMIT_S = 20.0

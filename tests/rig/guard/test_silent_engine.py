@@ -17,7 +17,7 @@ import pytest
 from guarded_engine import CLOCK, rung_in, until
 from turning_rig import STAGE_FOR_ROLL, served
 
-from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.sidecar.guard_record import guard_sentence, read_guard_record
 from rig.assembly.simulate import SimulatedRig
 
 RATE_DPS = 20.0

@@ -19,7 +19,7 @@ from recording_proxy import Hung
 from turning_rig import DRIVE_FOR_ROLL, SERVO_FOR_PITCH, STAGE_FOR_ROLL, served
 
 from procedures.cli.stop_at_once import _login_name
-from procedures.journal.guard_record import guard_sentence, read_guard_record
+from procedures.journal.sidecar.guard_record import guard_sentence, read_guard_record
 from rig.assembly.open_rig import open_rig
 from rig.description.read import read_rig
 from rig.guard.ask import of_rig, of_run, stop
@@ -52,7 +52,8 @@ NOBODY = 65534
 AS_NOBODY = f"""
 import os
 # Another account may not see where Python lies.
-import encodings.idna, importlib.readers, procedures.cli.queues_disarmed, procedures.errors, procedures.journal.spool
+import encodings.idna, importlib.readers
+import procedures.cli.queues_disarmed, procedures.errors, procedures.journal.requests.spool
 from procedures.cli.start import main
 os.setuid({NOBODY})
 main()

@@ -14,8 +14,8 @@ from open_folder import open_folder
 from small_run import PROCEDURE, RIG
 
 from procedures.cli.bench.service import unit_text
-from procedures.journal.owner import is_owned
-from procedures.journal.status import status
+from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from rig.clock import SystemClock
 

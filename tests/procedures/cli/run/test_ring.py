@@ -19,10 +19,10 @@ from command import call
 from guarded_engine import until
 from small_run import PROCEDURE, RIG
 
-from procedures.journal.alert_record import FILE
-from procedures.journal.guard_record import read_guard_record
-from procedures.journal.last_words import read_last_words
-from procedures.journal.status import status
+from procedures.journal.sidecar.alert_record import FILE
+from procedures.journal.sidecar.guard_record import read_guard_record
+from procedures.journal.sidecar.last_words import read_last_words
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from rig.assembly.simulate import serve_rig, write_rig
 from rig.clock import ScaledClock, SystemClock

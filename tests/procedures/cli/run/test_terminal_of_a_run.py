@@ -16,9 +16,9 @@ from small_run import PROCEDURE, RIG
 from unattended_run import events
 
 from procedures.errors import RequestError
-from procedures.journal.owner import is_owned
-from procedures.journal.spool import ask
-from procedures.journal.status import status
+from procedures.journal.requests.spool import ask
+from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.status.status import status
 from procedures.records.states import ACTIVE, State
 from rig.clock import SystemClock
 

@@ -8,8 +8,8 @@ import pytest
 from command import call
 from run_folders import STARTED_UTC, make_run
 
-from procedures.journal.owner import owning
-from procedures.journal.status import status
+from procedures.journal.sidecar.owner import owning
+from procedures.journal.status.status import status
 from procedures.records.states import RESUMABLE, State
 
 STEERING = ("pause", "continue", "stop", "abort")

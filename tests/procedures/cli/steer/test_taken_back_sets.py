@@ -20,8 +20,8 @@ from ams.surveillance.adjustment import Adjustment
 from procedures.delivery.deliver import SolvedRun, sets_of, solve_run
 from procedures.delivery.publish import publish_solved
 from procedures.delivery.taken_back_sets import require_standing_dwells, taken_back_of, withdraw_previous
-from procedures.journal.corrections import Authorisation, redo
-from procedures.journal.taken_back import taken_back_since
+from procedures.journal.audit.taken_back import taken_back_since
+from procedures.journal.requests.corrections import Authorisation, redo
 
 NOW = datetime(2026, 3, 5, tzinfo=UTC)
 SENSOR = "SN1047"

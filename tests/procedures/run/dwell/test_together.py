@@ -9,7 +9,7 @@ from killing import run_child
 from small_run import Bench, bench, dwells_of, measured, resumed
 
 from procedures.errors import ExitStatus
-from procedures.journal.spool import Spool
+from procedures.journal.requests.spool import Spool
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome

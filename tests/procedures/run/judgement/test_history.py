@@ -10,7 +10,7 @@ from journals import a_dwell
 from small_run import Bench, bench, dwells_of, measured
 
 from procedures.journal.journal_reader import JournalReader
-from procedures.journal.spool import Request, Spool
+from procedures.journal.requests.spool import Request, Spool
 from procedures.journal.voids import KIND, voided_in
 from procedures.records.dwells import DwellRecord, Event, NoiseReference
 from procedures.records.progress import Progress

@@ -10,7 +10,7 @@ from small_run import Bench, bench, dwells_of, measured
 from unattended_run import RigWithBadLine, UnattendedRun, asks, events, run_unattended, states
 
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from procedures.run.begin import begin
 from procedures.run.judgement.interlocks import Interlock, Watched, look_at

@@ -10,7 +10,7 @@ from small_run import Bench, bench
 from unattended_run import UnattendedRun, events, run_unattended
 
 from procedures.errors import ExitStatus, RequestError
-from procedures.journal.status import status
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.open_rig import Rig, open_rig

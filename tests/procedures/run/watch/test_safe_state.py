@@ -12,7 +12,7 @@ from faulty_rig import FaultyRig
 from small_run import bench
 from unattended_run import UnattendedRun, asks, events, run_unattended
 
-from procedures.journal.audit_trail import interruptions_in
+from procedures.journal.audit.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
 from procedures.run.watch.safe_state import Safe
