@@ -44,7 +44,7 @@ def test_offset_and_scale_factor_are_those_of_the_straight_line_that_comes_close
     found = model.start(turning(velocity), output)
     line = np.linalg.lstsq(np.column_stack([np.ones(40), velocity]), output, rcond=None)[0]
     np.testing.assert_allclose(found[:4], line, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(found[4:], [3e-7, -2e-9], rtol=1e-7)
+    np.testing.assert_allclose(found[4:], [3e-7, -2e-9], rtol=1e-6)  # of outputs of 100, the cubic term is 4e-4
     elsewhere = np.random.default_rng(2).uniform(-80.0, 80.0, (7, 3))
     there = elsewhere[:, "xyz".index(axis)]
     truth = 0.05 + elsewhere @ k + 3e-7 * there**2 - 2e-9 * there**3

@@ -5,6 +5,7 @@ import os
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from typing import TextIO
 
@@ -35,7 +36,7 @@ def _files(folder: Path, rig: str = RIG, procedure: str = PROCEDURE) -> list[str
 
 def _states(folder: Path) -> list[str]:
     (journal,) = folder.glob("runs/*/journal.sqlite")
-    with sqlite3.connect(journal) as connection:
+    with closing(sqlite3.connect(journal)) as connection:
         return [detail for (detail,) in connection.execute("select detail from events where kind = 'state'")]
 
 

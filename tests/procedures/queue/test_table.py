@@ -1,6 +1,7 @@
 """The queue's table, line by line; test_walk.py has it as a whole."""
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -317,7 +318,7 @@ def test_after_a_cold_start_nothing_new_starts_before_it_is_armed_again(scene, f
 def test_a_record_that_was_changed_starts_nothing(scene, files):
     make_ready(scene, files)
     path = scene.folder / FILE
-    with sqlite3.connect(path) as changed:
+    with closing(sqlite3.connect(path)) as changed, changed:
         changed.execute("UPDATE events SET detail = replace(detail, 'Anna', 'Mallory') WHERE kind = 'arm'")
     with pytest.raises(JournalError, match="event 3 is not what was written"):
         scene.step()

@@ -3,6 +3,7 @@
 import json
 import re
 import sqlite3
+from contextlib import closing
 from dataclasses import dataclass
 from io import StringIO
 from pathlib import Path
@@ -174,7 +175,7 @@ def test_signing_needs_the_secret_of_that_very_person(
     report = archive("verify", "--json").document
     assert (report["verified"], report["faults"]) == (True, [])
     assert "intact" in archive("verify").out
-    with sqlite3.connect(laboratory.folder / "archive.sqlite") as records:
+    with closing(sqlite3.connect(laboratory.folder / "archive.sqlite")) as records:
         (text,) = records.execute("SELECT detail FROM records WHERE kind = 'signature'").fetchone()
     assert json.loads(text)["identified_by"] == "the secret of that name"
 
