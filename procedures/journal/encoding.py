@@ -31,6 +31,8 @@ VOLTS = "v"
 _COMPACT = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 _UNITS_OF_COLUMNS = {ANGLE: "deg", LOOKED: "s", TAKEN: "s"}
 """Of what a run records beside the channels of the rig."""
+_OF_THE_PLAN = "attitude_uncertainty_deg"
+"""Dwells of before 2026-12 repeat the uncertainty of the reference of attitude, which the plan states."""
 
 
 def compact_json(value: object) -> str:
@@ -110,6 +112,7 @@ def channels_of(text: str | bytes) -> list[tuple[str, int]]:
 
 
 def _motion(document: dict[str, Any]) -> MotionRecord:
+    document.pop(_OF_THE_PLAN, None)
     return MotionRecord(**{**document, "streams": tuple(StreamTiming(**stream) for stream in document["streams"])})
 
 

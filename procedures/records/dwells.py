@@ -68,8 +68,6 @@ class MotionRecord:
     rate_uncertainty_dps: Mapping[str, float] = field(default_factory=dict)
     """Standard."""
     turned_deg: float = 0.0
-    attitude_uncertainty_deg: Mapping[str, float] = field(default_factory=dict)
-    """Standard, of a measured attitude that a reference sensor told."""
     commanded_deg: Mapping[str, float] = field(default_factory=dict)
     """Where the axes stood by their own read-back when a reference told where they are."""
     field_ut: Mapping[str, float] = field(default_factory=dict)

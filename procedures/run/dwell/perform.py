@@ -108,9 +108,7 @@ def _at_rest(
         parts = {name: recording.part(0, wanted[name]) for name, recording in recorder.stop().items()}
     readings |= as_readings(parts, plan, began_s)
     timings = tuple(timing(part, align(part)) for part in parts.values())
-    reference = plan.attitude_reference
-    uncertainty_deg = {} if reference is None else dict.fromkeys(reference_deg, reference.uncertainty_deg)
-    record = MotionRecord(attitude_uncertainty_deg=uncertainty_deg, commanded_deg=commanded_deg, streams=timings)
+    record = MotionRecord(commanded_deg=commanded_deg, streams=timings)
     after = look(rig, dwell.targets_deg)
     return Measurement(before, after, readings, settled.is_settled, settled.took_s, record, reference_deg or None)
 
