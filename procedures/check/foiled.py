@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from procedures.description.kind_tables import Static
 from procedures.kinds.kind import Forecast
 from procedures.plan.plan import Plan
 from procedures.plan.unjudged_limits import limits_in_words, limits_of_some
@@ -13,7 +12,7 @@ def foiled(rig: RigDescription, plan: Plan, forecast: Forecast) -> Iterator[str]
     """Yield what the run would be stopped by though all goes well, and what no sensor can be found to meet."""
     yield from _stable_and_stopped(rig, plan)
     yield from _never_passed(rig, forecast)
-    yield from _not_judged(rig, plan)
+    yield from _not_judged(rig, plan, forecast)
 
 
 def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
@@ -33,13 +32,13 @@ def _stable_and_stopped(rig: RigDescription, plan: Plan) -> Iterator[str]:
             )
 
 
-def _not_judged(rig: RigDescription, plan: Plan) -> Iterator[str]:
+def _not_judged(rig: RigDescription, plan: Plan, forecast: Forecast) -> Iterator[str]:
     """Yield limits that the run does not judge, of all its sensors or of some."""
-    if plan.kind_table("static", Static) is None:
+    if not forecast.judged_by:
         yield from limits_of_some(rig, plan.solve, plan.sensors)
         return
     for limit in limits_in_words(rig):
-        yield f"{limit} of the rig file is judged of calibrations; this run is held to static.allowed_deg"
+        yield f"{limit} of the rig file is judged of calibrations; this run is held to {forecast.judged_by}"
 
 
 def _never_passed(rig: RigDescription, forecast: Forecast) -> Iterator[str]:

@@ -93,6 +93,8 @@ class Forecast:
     """What the report will hold against the result, however well the run goes."""
     remarks: tuple[str, ...] = ()
     """What the report will say beside the result and not hold against it, in the same words."""
+    judged_by: str = ""
+    """Key of the procedure file that its sensors are held to; empty: the limits of the rig file, as calibrations."""
     recommendations: tuple[Recommendation, ...] = ()
     """TP's ten, where the kind is one that they are about."""
 

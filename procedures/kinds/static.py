@@ -71,7 +71,7 @@ class LongRest(PointKind):
                 f"a rest of {static.duration_s:g} s says little about a use of {static.use_s:g} s: the verdict rests "
                 "on a handful of neighbouring means; rest for ten times as long"
             )
-        return Forecast(advice=tuple(advice))
+        return Forecast(advice=tuple(advice), judged_by="static.allowed_deg")
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         rows = item.at_declared()

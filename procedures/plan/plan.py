@@ -17,7 +17,7 @@ from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Ki
 from procedures.errors import PlanError
 from procedures.plan.designs import Design
 from procedures.plan.learned_times import PartTime
-from procedures.plan.steps import Dwell, Soak, Step
+from procedures.plan.steps import Dwell, Rest, Soak, Step
 from rig.description.rig_file import AttitudeReference, Sensor
 
 PLAN_VERSION = 1
@@ -118,6 +118,12 @@ class Plan:
     def design_dwells(self) -> tuple[Dwell, ...]:
         """The dwells that enter the solution."""
         return tuple(dwell for dwell in self.dwells if dwell.purpose == "design")
+
+    @property
+    def is_single_rest(self) -> bool:
+        """One attitude, recorded at rest for long: beside its dwells is none of another point."""
+        dwells = self.design_dwells
+        return len({dwell.point for dwell in dwells}) == 1 and all(isinstance(dwell.motion, Rest) for dwell in dwells)
 
     @property
     def check_set(self) -> tuple[Dwell, ...]:

@@ -18,7 +18,6 @@ from ams.findings import Finding
 from ams.inputs.request import select_rows
 from ams.models.possible_temperature import POSSIBLE, impossible_temperatures
 from ams.observations import Observations
-from procedures.description.kind_tables import Static
 from procedures.plan.channels import temperature_source
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of, temperatures_degc
@@ -43,7 +42,7 @@ def without_wild_temperatures(item: SensorRows) -> SetAside:
     A long rest has no dwells beside that could stand for one. Raises: JournalError.
     """
     dwells = design_dwells(item.dwells)
-    if item.plan.kind_table("static", Static) is not None or len(dwells) < 2:
+    if item.plan.is_single_rest or len(dwells) < 2:
         return SetAside(item)
     read_degc = _read_degc(item, dwells)
     is_wild = impossible_temperatures(read_degc)

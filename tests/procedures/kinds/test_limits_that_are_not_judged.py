@@ -3,10 +3,13 @@
 from pathlib import Path
 
 import pytest
+from motion_runs import EXAMPLES
 from planning_files import procedure_file, rig_file
 
 from procedures.check.check_report import check
 from procedures.errors import PlanError
+from procedures.kinds.read import read_procedure
+from rig.description.read import read_rig
 
 LIMITS = "[acceptance]\npitch_limit_deg = 0.01\nroll_limit_deg = 0.02\n"
 ONE_AXIS = (
@@ -65,3 +68,16 @@ def test_a_limit_that_some_packages_of_a_run_are_held_to_is_a_reservation(tmp_pa
     said = check(rig_file(tmp_path, more=LIMITS + ANOTHER_PACKAGE), procedure_file(tmp_path)).forecast.reservations
     (of_roll,) = [text for text in said if "is judged of" in text]
     assert of_roll.startswith("acceptance.roll_limit_deg = 0.02 is judged of SN1, and not of SN2: ")
+
+
+def test_a_long_rest_is_held_to_its_own_figure_and_the_limits_of_the_rig_file_are_a_reservation(tmp_path: Path) -> None:
+    folder = EXAMPLES / "servo-mechanism"
+    rig = tmp_path / "rig.toml"
+    rig.write_text((folder / "rig.toml").read_text(encoding="utf-8") + LIMITS, encoding="utf-8")
+    said = check(read_rig(rig), read_procedure(folder / "drift.toml")).forecast.reservations
+    judged = [text for text in said if "is judged of" in text]
+    assert [text.partition(" is ")[0] for text in judged] == [
+        "acceptance.pitch_limit_deg = 0.01 of the rig file",
+        "acceptance.roll_limit_deg = 0.02 of the rig file",
+    ]
+    assert all(text.endswith("this run is held to static.allowed_deg") for text in judged)

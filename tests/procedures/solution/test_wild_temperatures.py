@@ -11,11 +11,13 @@ from small_run import Bench, bench, dwells_of
 from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.solve import solve_sensors
 from procedures.plan.plan import Plan
+from procedures.plan.steps import Rest
 from procedures.records.dwells import DwellRecord, Look, Measurement
 from procedures.records.states import State
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import read_record
-from procedures.solution.request import SolvedSensor
+from procedures.solution.request import SensorRows, SolvedSensor
+from procedures.solution.wild_temperatures import without_wild_temperatures
 
 Measured = tuple[Bench, list[DwellRecord], Path]
 
@@ -98,3 +100,13 @@ def test_one_of_two_readings_is_not_hidden_in_their_mean(before: float, after: f
     assert read == (before if abs(before) > 100.0 else after)
     mild = Measurement(Look({}, {"air": 20.0}), Look({}, {"air": 21.0}), {}, is_settled=True, settle_s=0.0)
     assert mild.mean_temperature_degc() == {"air": 20.5}
+
+
+def test_a_long_rest_keeps_every_dwell_as_none_of_another_point_stands_beside(measured: Measured) -> None:
+    entry, dwells, _ = measured
+    steps = design_steps(dwells)
+    wild = [dwell for dwell in with_reading(dwells, steps[:1], 850.0) if dwell.step in steps]
+    resting = tuple(replace(dwell, point=1, motion=Rest(60.0)) for dwell in entry.plan.design_dwells)
+    for plan, aside in ((entry.plan, 1), (replace(entry.plan, steps=resting), 0)):
+        item = SensorRows("SN1", plan.sensors["SN1"], tuple(wild), entry.rig, plan, "run")
+        assert len(without_wild_temperatures(item).item.dwells) == len(wild) - aside
