@@ -32,9 +32,9 @@ from ams.surveillance.between_runs import LEARNED_FROM, names_behind
 from ams.surveillance.check_chart import CheckHistory, check_history, check_sensors, unexplained_changes
 from ams.surveillance.control_chart import History, history_of
 from ams.surveillance.history_points import unpack
-from ams.surveillance.interval_advice import IntervalAdvice, advise_interval
+from ams.surveillance.interval_advice import IntervalAdvice, cautious_interval
 from ams.surveillance.series import PointLabel, Population
-from ams.surveillance.shared_changes import SharedChange, shared_changes, taken_out_rad
+from ams.surveillance.shared_changes import SharedChange, shared_changes, without_shared
 from ams.surveillance.stated_changes import stated_change, stated_families, stated_scatter
 
 
@@ -109,16 +109,11 @@ def history(
         found,
         check,
         limit,
-        None if limit is None else advise_interval(found, limit),
+        None if limit is None else cautious_interval(population, found, shared, limit),
         held,
         gone,
         _of_its_runs(shared, found),
     )
-
-
-def without_shared(population: Population, shared: Sequence[SharedChange]) -> Population:
-    """Return the population without what all sensors of a run changed alike, which is no sensor's."""
-    return replace(population, shared_rad=taken_out_rad(population, shared)) if shared else population
 
 
 def _of_its_runs(shared: Sequence[SharedChange], found: History) -> tuple[SharedChange, ...]:

@@ -4,19 +4,23 @@ The interval is the longest after which, by rate and scatter, every characterist
 allowed: (|rate| + t·u(rate))·Δt + t·√2·s ≤ limit, all as angles, 95 %; t is Student's, by the degrees of freedom that
 the scatter s is known by. It is never changed by more than a factor of two at once, and a step halves it, as does a
 change beyond the limit from one calibration to the next where no rate is known; where half the interval is still too
-long, the sentence says so. What all sensors of a run changed alike is in none of it. It is advice to the sensor's owner
-and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
+long, the sentence says so. It is advice to the sensor's owner and no part of a certificate (ISO/IEC 17025, 7.8.4.3).
+
+What all sensors of a run changed alike is in none of it where runs enough tell that a meter did so. Before, it may as
+well be an age that all of them have: the advice then is the shorter one of with and without it.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from operator import itemgetter
 
 import numpy as np
 
 from ams.parameter_words import words_of_characteristic
 from ams.statistics.intervals import t_quantile
-from ams.surveillance.control_chart import Chart, History
-from ams.surveillance.series import SECONDS_PER_YEAR
+from ams.surveillance.control_chart import Chart, History, history_of
+from ams.surveillance.series import SECONDS_PER_YEAR, Population
+from ams.surveillance.shared_changes import SharedChange, without_shared
 
 LONGEST_MONTHS, SHORTEST_MONTHS = 60, 1
 
@@ -27,6 +31,26 @@ class IntervalAdvice:
 
     months: int
     sentence: str
+
+
+def cautious_interval(
+    population: Population, history: History, shared: Sequence[SharedChange], limit_deg: float
+) -> IntervalAdvice | None:
+    """Return advice that is no longer than it was if changes that may be the sensors' own age were.
+
+    ``population``: as measured. ``history``: of the sensor, without all of ``shared``. None as of ``advise_interval``.
+    """
+    advice, distinct = advise_interval(history, limit_deg), [change for change in shared if change.is_distinct]
+    if advice is None or len(distinct) == len(shared):
+        return advice
+    of_measured = advise_interval(history_of(without_shared(population, distinct), history.sensor), limit_deg)
+    if of_measured is None or of_measured.months >= advice.months:
+        return advice
+    sentence = (
+        f"{of_measured.sentence} (what all sensors of a run changed alike counts as the sensor's own here: too few "
+        "runs tell a meter that changed from an age that all have)"
+    )
+    return replace(of_measured, sentence=sentence)
 
 
 def advise_interval(history: History, limit_deg: float) -> IntervalAdvice | None:

@@ -20,7 +20,9 @@ d_s = c_s·μ + e_s, where c_s is 1 for gain and rotation and goes as 1 / sensit
    and what sensors of one make do every year alike, as they age, is theirs and no meter's.
 
 What is told, and nothing else, is taken out of all that this rig calibrated since, but of sensors that stayed apart.
-Who did so once is left as it was measured from then on: nobody knows how much of what came before is in it.
+Who did so once is left as it was measured from then on: nobody knows how much of what came before is in it. While
+fewer runs tell than (4) asks for, an age that all have is told as well: such a change is not *distinct*, and makes no
+interval longer (:mod:`ams.surveillance.interval_advice`).
 
 The watch of a run (:mod:`ams.surveillance.common_mode`) fits the same causes to readings at visits, whose scatter it
 knows; between calibrations there are no readings, and the scatter has to be learned over the years.
@@ -28,8 +30,10 @@ knows; between calibrations there are no readings, and the scatter has to be lea
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import accumulate, compress
+from operator import or_
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -47,7 +51,7 @@ from ams.surveillance.check_components import (
     variance_of_families,
 )
 from ams.surveillance.common_mode_words import who_agree
-from ams.surveillance.series import PointLabel, Population
+from ams.surveillance.series import Population
 
 LEVEL = 0.002
 """Chance of any false alarm in one run."""
@@ -78,10 +82,8 @@ class SharedChange:
     apart: tuple[str, ...]
     """Who did otherwise, in that run or in one before: it is taken out of nothing of theirs."""
     sentence: str
-
-    def reaches(self, label: PointLabel) -> bool:
-        """Return whether a calibration has it in its numbers."""
-        return label.rig == self.rig and label.created_utc >= self.since_utc and label.sensor not in self.apart
+    is_distinct: bool
+    """Whether runs enough tell that it is no more of what goes on from run to run, such as an age that all have."""
 
 
 def shared_changes(population: Population) -> tuple[SharedChange, ...]:
@@ -93,12 +95,20 @@ def shared_changes(population: Population) -> tuple[SharedChange, ...]:
     return tuple(sorted(found, key=lambda change: change.since_utc))
 
 
+def without_shared(population: Population, changes: Sequence[SharedChange]) -> Population:
+    """Return the population without what all sensors of a run changed alike, which is no sensor's."""
+    return replace(population, shared_rad=taken_out_rad(population, changes)) if changes else population
+
+
 def taken_out_rad(population: Population, changes: Sequence[SharedChange]) -> FloatArray:
     """Return (N, p) what of the population's coordinates is the meter's, by the changes that were told."""
     shared = np.zeros_like(population.coordinates)
     gain, offset = np.flatnonzero(is_gain(population)), np.flatnonzero(is_offset(population))
+    rigs, times_utc = np.array([(label.rig, label.created_utc) for label in population.labels], dtype=object).T
     for change in changes:
-        rows = np.array([change.reaches(label) for label in population.labels], dtype=bool)
+        rows = (rigs == change.rig) & (times_utc >= change.since_utc)
+        for sensor in change.apart:
+            rows[population.rows_of(sensor)] = False
         if change.component == METER_GAIN:  # which every output has as a whole, its offset too
             shared[np.ix_(rows, gain)] += change.size_rad * np.sign(population.numbers.sensitivity[rows])
             shared[np.ix_(rows, offset)] += change.size_rad * population.coordinates[np.ix_(rows, offset)]
@@ -167,22 +177,26 @@ class _Watch:
     ) -> None:
         self.labels, self.rig, self.name = population.labels, rig, name
         self.values, self.column, self.stated, self.counts = values.copy(), column, stated, counts
+        rigs, times_utc = np.array([(label.rig, label.created_utc) for label in population.labels], dtype=object).T
+        self.is_here, self.times_utc = rigs == rig, times_utc
         self.scatters: list[_Scatter] = []
         """Of every run that was judged."""
         self.wander: list[float] = []
         """What the sensors of each run that was judged changed alike, told or not."""
-        self.apart: dict[str, None] = {}
 
     def changes(self) -> list[SharedChange]:
         """Return what was changed alike, run by run, beyond what the meter does from run to run."""
         runs: dict[str, list[int]] = {}
-        for index, label in enumerate(self.labels):
-            if label.run_id is not None and label.rig == self.rig:
-                runs.setdefault(label.run_id, []).append(index)
-        order = sorted(runs, key=lambda run: min(self.labels[index].created_utc for index in runs[run]))
+        for index in np.flatnonzero(self.is_here).tolist():
+            run_id = self.labels[index].run_id
+            if run_id is not None:
+                runs.setdefault(run_id, []).append(index)
+        order = sorted(runs, key=lambda run: min(self.times_utc[runs[run]]))
         found = [self._judged(run_id, runs[run_id]) for run_id in order]
         usual = self._usual()
-        return [change for change in found if change is not None and abs(change.size_rad) > usual]
+        changes = [common for common in found if common is not None and abs(common.fit.size) > usual]
+        apart = accumulate((dict.fromkeys(common.apart) for common in changes), or_)
+        return [self._with_sentence(common, tuple(names)) for common, names in zip(changes, apart, strict=True)]
 
     def _usual(self) -> float:
         """Return how much is no change, by what is done from run to run; zero where too few runs tell."""
@@ -191,7 +205,7 @@ class _Watch:
         spread = SD_PER_MEDIAN_DEVIATION * float(np.median(np.abs(self.wander)))
         return spread * float(t_quantile(1.0 - USUAL_LEVEL, PAIR_EFFICIENCY * len(self.wander)))
 
-    def _judged(self, run_id: str, rows: Sequence[int]) -> SharedChange | None:
+    def _judged(self, run_id: str, rows: Sequence[int]) -> "_Common | None":
         later = np.array([index for index in rows if self._follows(index)], dtype=np.int64)
         if later.size < 2:
             return None
@@ -204,19 +218,18 @@ class _Watch:
         if not before.foretells(self.scatters[-1]):
             return None
         self.wander.append(fit.size)
-        is_seen = abs(fit.size) > fit.limit(LEVEL / (2 + len(_TILTS)))
-        return self._shared(run_id, rows, later, agree, fit) if is_seen else None
+        if abs(fit.size) <= fit.limit(LEVEL / (2 + len(_TILTS))):
+            return None
+        since_utc = min(self.times_utc[rows])
+        after = self.is_here & (self.times_utc >= since_utc)
+        self.values[after] -= fit.size * self.column[after]  # so that who was absent is not said to have changed later
+        names = tuple(self.labels[index].sensor for index in later)
+        return _Common(run_id, since_utc, fit, names, tuple(compress(names, agree)))
 
-    def _shared(
-        self, run_id: str, rows: Sequence[int], later: "np.typing.NDArray[np.int64]", agree: BoolArray, fit: "_Fit"
-    ) -> SharedChange:
-        since = min(self.labels[index].created_utc for index in rows)
-        names = [self.labels[index].sensor for index in later]
-        alike_names = tuple(name for name, agrees in zip(names, agree, strict=True) if agrees)
-        self.apart |= dict.fromkeys(name for name in names if name not in alike_names)
-        who = who_agree(alike_names, names)
+    def _with_sentence(self, common: "_Common", apart: tuple[str, ...]) -> SharedChange:
+        fit, who = common.fit, who_agree(common.alike, common.sensors)
         size, spread = float(np.degrees(fit.size)), float(np.degrees(fit.error))
-        what = f"at {since:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
+        what = f"at {common.since_utc:%Y-%m-%d} {self.name} {size:+.4f}° (u {spread:.4f}°)"
         if self.name in _TILTS:
             said = f"{what}: {who} turned alike, who stayed mounted: the table or its base, not the sensors"
         else:
@@ -224,12 +237,11 @@ class _Watch:
                 f"{what}: {who} of that run changed alike since their own last calibrations: the meter, or what all of "
                 "them share (supply, temperature, age), not one sensor by itself"
             )
-        change = SharedChange(
-            run_id, self.rig, since, self.name, fit.size, fit.error, alike_names, tuple(self.apart), said
-        )
-        after = np.array([change.reaches(label) for label in self.labels], dtype=bool)
-        self.values[after] -= fit.size * self.column[after]
-        return change
+        is_distinct = len(self.wander) >= LEAST_WANDER
+        return SharedChange(
+            common.run_id, self.rig, common.since_utc, self.name, fit.size, fit.error, common.alike, apart, said,
+            is_distinct,
+        )  # fmt: skip
 
     def _follows(self, index: int) -> bool:
         """Return whether the sensor was calibrated on this rig before, and tells this component."""
@@ -237,6 +249,21 @@ class _Watch:
             return False
         before, label = self.labels[index - 1], self.labels[index]
         return before.sensor == label.sensor and before.rig == label.rig
+
+
+@dataclass(frozen=True)
+class _Common:
+    """What the sensors of one run changed alike by more than their scatter, be it usual or not."""
+
+    run_id: str
+    since_utc: datetime
+    fit: "_Fit"
+    sensors: tuple[str, ...]
+    alike: tuple[str, ...]
+
+    @property
+    def apart(self) -> tuple[str, ...]:
+        return tuple(name for name in self.sensors if name not in self.alike)
 
 
 @dataclass(frozen=True)

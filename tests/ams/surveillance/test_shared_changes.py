@@ -1,91 +1,20 @@
 """What all sensors of a run changed alike is the meter's or the table's, and is laid to none of them."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from datetime import timedelta
 from pathlib import Path
 
 import numpy as np
 import pytest
 from archived_runs import a_run, a_sensor
-from scipy.spatial.transform import Rotation
+from yearly_laboratory import Laboratory, measured, read_otherwise
 
 from ams.archive.histories import history
 from ams.archive.runs import publish_run
-from ams.archive.synthetic import AXES, RIG, START
 from ams.arrays import FloatArray
-from ams.surveillance.characteristics import PackageNumbers
 from ams.surveillance.check_chart import check_history
 from ams.surveillance.control_chart import history_of
-from ams.surveillance.series import PointLabel, Population
-from ams.surveillance.shared_changes import shared_changes, taken_out_rad
+from ams.surveillance.series import Population
+from ams.surveillance.shared_changes import shared_changes, without_shared
 from ams.units import RAD_PER_ARCSEC
-
-NOISE_ARCSEC, DAY_ARCSEC, REMOUNT_ARCSEC = 0.5, 2.0, 30.0
-
-
-@dataclass(frozen=True)
-class Laboratory:
-    """Packages on one table read by one meter, once a year; the last run's meter and table may be others."""
-
-    sensors: int = 8
-    runs: int = 8
-    checks: int = 1
-    """So many of them stay mounted."""
-    gain_arcsec: float = 0.0
-    moved: int | None = None
-    """So many of them, the first ones, are read with that gain, as by one of two meters; None for all."""
-    offset_arcsec: float = 0.0
-    """Of a package of 2.5 V/g."""
-    tilt_arcsec: float = 0.0
-    drop_arcsec: float = 0.0
-    """Of the last package alone, from run ``drop_run`` on."""
-    drop_run: int = -1
-    wander_arcsec: float = 0.0
-    """Of the meter's gain, every year anew."""
-    sensitivity: tuple[float, float] = (2.5, 2.5)
-    is_reversed: bool = False
-    """Whether the y axis of every package is mounted the other way."""
-
-
-def measured(laboratory: Laboratory, seed: int) -> Population:
-    chance = np.random.default_rng(seed)
-    rows: list[tuple[PointLabel, FloatArray]] = []
-    names = [f"CHECK-{index}" if index < laboratory.checks else f"SN{index}" for index in range(laboratory.sensors)]
-    levels = {
-        name: (chance.normal(0.0, 0.005, (3, 1)), np.eye(3) + chance.normal(0.0, 0.003, (3, 3)), scale)
-        for name, scale in zip(names, chance.uniform(*laboratory.sensitivity, len(names)), strict=True)
-    }
-    signs = np.array([[1.0], [-1.0 if laboratory.is_reversed else 1.0], [1.0]])
-    for run in range(laboratory.runs):
-        is_last = run == laboratory.runs - 1
-        wander = laboratory.wander_arcsec * chance.standard_normal()
-        for place, name in enumerate(names):
-            is_moved = is_last and (laboratory.moved is None or place < laboratory.moved)
-            gain = wander + laboratory.gain_arcsec * is_moved
-            offset, k, scale = levels[name]
-            stays = name.startswith("CHECK")
-            turn = [0.0, laboratory.tilt_arcsec * is_last, 0.0] if stays else chance.normal(0.0, REMOUNT_ARCSEC, 3)
-            day = chance.normal([0.0, gain], DAY_ARCSEC, (3, 2))
-            is_dropped = run >= laboratory.drop_run % laboratory.runs
-            day[:, 1] += laboratory.drop_arcsec * (is_dropped and name == names[-1])
-            primary = np.hstack(
-                [
-                    offset
-                    + scale * RAD_PER_ARCSEC * day[:, :1]
-                    + 2.5 * RAD_PER_ARCSEC * laboratory.offset_arcsec * is_last,
-                    signs * Rotation.from_rotvec(RAD_PER_ARCSEC * np.array(turn)).apply(k) * scale
-                    * (1.0 + RAD_PER_ARCSEC * day[:, 1:]),
-                ]
-            )  # fmt: skip
-            primary += scale * NOISE_ARCSEC * RAD_PER_ARCSEC * chance.standard_normal((3, 4))
-            when = START + timedelta(days=365 * run)
-            rows.append((PointLabel(f"{name}{run}", name, f"run-{run:02d}", when, RIG, stays, 9.8), primary))
-    rows.sort(key=lambda row: (row[0].sensor, row[0].created_utc))
-    spread = np.eye(4) * (2.5 * NOISE_ARCSEC * RAD_PER_ARCSEC) ** 2
-    covariance = np.broadcast_to(spread, (len(rows), 3, 4, 4)).copy()
-    numbers = PackageNumbers(AXES, np.stack([primary for _, primary in rows]), covariance, covariance)
-    return Population([label for label, _ in rows], numbers)
 
 
 def blamed(population: Population) -> set[str]:
@@ -94,7 +23,7 @@ def blamed(population: Population) -> set[str]:
 
 
 def without(population: Population) -> Population:
-    return replace(population, shared_rad=taken_out_rad(population, shared_changes(population)))
+    return without_shared(population, shared_changes(population))
 
 
 @pytest.mark.parametrize(
@@ -189,15 +118,6 @@ def test_a_meter_that_always_wanders_has_not_changed() -> None:
     assert len(late) <= 8  # of 200 runs at 1 %, the median of a few runs being what it is
 
 
-def read_otherwise(population: Population, gain_arcsec: Callable[[str, int], float]) -> Population:
-    """Multiply the sensitivities of a sensor in a run, from 0."""
-    primary = population.numbers.primary.copy()
-    for row, label in enumerate(population.labels):
-        assert label.run_id is not None
-        primary[row, :, 1:] *= 1.0 + RAD_PER_ARCSEC * gain_arcsec(label.sensor, int(label.run_id[-2:]))
-    return replace(population, numbers=replace(population.numbers, primary=primary))
-
-
 def gains_arcsec(population: Population, sensor: str) -> FloatArray:
     """Return what a sensor is judged by: the mean change of its sensitivities since the first run."""
     gains = population.coordinates[population.rows_of(sensor)][:, 3:6].mean(axis=1) / RAD_PER_ARCSEC
@@ -239,6 +159,16 @@ def test_a_sensor_that_stayed_apart_keeps_no_part_of_what_the_meter_did_and_undi
         judged = without(repaired)
         assert gains_arcsec(judged, "SN3")[6:] == pytest.approx(60.0, abs=4.0 * 2.0)
         assert gains_arcsec(judged, "SN0") == pytest.approx(0.0, abs=4.0 * 2.0)
+
+
+def test_a_sensor_that_stayed_apart_from_usual_wander_has_the_meters_change_taken_out_later() -> None:
+    """It drops in the third run; what the others did then is not told, so nothing is left in it."""
+    laboratory = Laboratory(sensors=6, checks=0, runs=10, wander_arcsec=10.0, gain_arcsec=400.0)
+    for seed in range(3):
+        dropped = read_otherwise(measured(laboratory, seed), lambda name, run: 100.0 * (name == "SN3" and run >= 2))
+        (change,) = shared_changes(dropped)
+        assert change.apart == ()
+        assert gains_arcsec(without(dropped), "SN3")[-1] == pytest.approx(100.0, abs=4.0 * 10.0)
 
 
 def test_check_sensors_that_turned_alike_tell_the_table_and_one_alone_tells_nothing_here() -> None:
