@@ -7,9 +7,9 @@ is never asked: on the Micro it may say 0 while a servo moves.
 
 Replies do not repeat their question, so every question here has an answer of a length of its own: error bits two
 bytes, the script's state one, and a position two and as many times the script's state as its axis has a place on the
-line. After a doubt the script's state must come alone before anything is believed. A target is sent once. Where the
-line damages it and there is no CRC, its own limits keep the servo inside, and the read-back never becomes the target.
-The form with device number and CRC is the safer one.
+line. After a doubt the script's state must come alone before anything is believed. A move sends its target once. Where
+the line damages it and there is no CRC, its own limits keep the servo inside, and the read-back never becomes the
+target. The form with device number and CRC is the safer one.
 
 Source: Pololu Maestro user's guide, pages 27, 32, 39, 42, 43, 52 to 58.
 """
@@ -208,8 +208,11 @@ class MaestroAxis:
         )
 
     def stop(self) -> None:
-        """Make the pulse that is sent now the target. It is asked twice, where it is not at its target.
+        """Make the pulse that is sent now the target, without a limit of acceleration. It is asked twice.
 
+        Under a limit of acceleration it would run on, ramp down and come back. The limit is lifted behind the target,
+        so that a servo without a limit of speed does not jump to where it was going, and the target is sent again, for
+        no page says that a limit that is lifted counts before the next target. Nothing is sent to a servo that stands.
         A digit of one answer that the line turned over moves no servo: that answer is off its way, or the other one is
         of the target. A servo that really left its way says so both times, and is stopped where it is.
         """
@@ -221,13 +224,19 @@ class MaestroAxis:
             looks.append(position)
         lowest, highest = wire.within_way(self._way or looks, self._settings.pulse_limit_quarters)
         self._target = ([position for position in looks if lowest <= position <= highest] or looks)[-1]
-        self._controller.tell(wire.set_target(self._settings.axis, self._target))
+        channel = self._settings.axis
+        aim = wire.set_target(channel, self._target)
+        self._controller.tell(aim, wire.set_acceleration(channel, 0), aim)
 
     def stop_steps(self) -> Sequence[StopStep]:
-        """Return its lowest speed, and how it is asked where it is: a servo has no stop but to be sent there."""
+        """Return its lowest speed without a ramp to it, and how it is asked where it is.
+
+        A servo has no stop but to be sent where it is.
+        """
         codec, channel, patience_s = self._controller.codec, self._settings.axis, self._settings.reply_timeout_s
         aim = ServoAim(channel, codec.device, codec.has_crc, self._settings.pulse_limit_quarters, patience_s)
-        return (StopStep(codec.encode(wire.set_speed(channel, wire.LOWEST_SPEED)), aim=aim),)
+        slow = wire.set_speed(channel, wire.LOWEST_SPEED), wire.set_acceleration(channel, 0)
+        return (StopStep(b"".join(map(codec.encode, slow)), aim=aim),)
 
     def stop_way(self, target_deg: float) -> tuple[int, int] | None:
         return None if self._seen in (None, 0) else (self._seen, self._steps(target_deg))

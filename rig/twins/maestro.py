@@ -98,6 +98,12 @@ class ServoChannel:
         if self._pulses is not None and self.is_moving(now_s):
             self.aim(self._target, now_s)
 
+    def limit_acceleration(self, acceleration: int, now_s: float) -> None:
+        """Limit how fast the speed changes (page 57), also of one that is on its way, which no page says or denies."""
+        self.acceleration = acceleration
+        if self._pulses is not None and self.is_moving(now_s):
+            self.aim(self._target, now_s)
+
     def _follow(self, pulses: Ramp) -> None:
         if self._servo is not None:
             name, calibration = self._servo
@@ -222,7 +228,7 @@ class MaestroTwin:
         if command == wire.SET_SPEED:
             output.limit_speed(wire.value_of(data[1], data[2]), now_s)
         else:
-            output.acceleration = wire.value_of(data[1], data[2])
+            output.limit_acceleration(wire.value_of(data[1], data[2]), now_s)
 
     def _channel(self, number: int, now_s: float) -> ServoChannel | None:
         """Return a channel; None, and a protocol error, where there is none of that number."""

@@ -1,14 +1,14 @@
 """Laws of the Maestro's driver: after an error bit no position is believed, arrival is a pulse that reads back."""
 
 import pytest
-from motion_bench import motion_bench, settings_of
+from motion_bench import MotionBench, motion_bench, settings_of
 from pydantic import ValidationError
 
 from rig.devices.maestro import connect
 from rig.errors import DeviceFault, DeviceSilent, RequestRefused
 from rig.link import faults
 from rig.motion.move import home_and_arrive, move_and_arrive
-from rig.wire.maestro import Errors
+from rig.wire.maestro import SET_ACCELERATION, SET_SPEED, SET_TARGET, Errors
 
 
 @pytest.mark.parametrize(
@@ -49,6 +49,70 @@ def test_after_any_error_bit_the_position_is_lost_until_homed(bit: Errors) -> No
         bench.pitch.start_move(10.0)
     assert home_and_arrive(bench.pitch, bench.clock, bench.clock.sleep) == pytest.approx(0.0, abs=0.05)
     assert bench.pitch.state().fault == ""
+
+
+def _limits_count_with_the_next_target(bench: MotionBench) -> None:
+    """A controller that takes a limit of acceleration up with the next target, which no page denies."""
+    for channel in bench.twin.channels:
+        channel.limit_acceleration = lambda acceleration, now_s, channel=channel: setattr(
+            channel, "acceleration", acceleration
+        )
+
+
+def _under_way(acceleration: int, speed_dps: float, *, at_once: bool) -> MotionBench:
+    """A servo on its way from -170° to 170°, at about half of it."""
+    bench = motion_bench("maestro", acceleration=acceleration, speed_dps=speed_dps)
+    if not at_once:
+        _limits_count_with_the_next_target(bench)
+    bench.home_all()
+    move_and_arrive(bench.pitch, -170.0, bench.clock, bench.clock.sleep)
+    bench.pitch.start_move(170.0)
+    while bench.true_deg < 0.0:
+        bench.clock.sleep(0.02)
+    return bench
+
+
+UNDER_ACCELERATION = pytest.mark.parametrize(
+    ("acceleration", "speed_dps"), [(0, 40.0), (4, 90.0), (4, 300.0), (1, 200.0)]
+)
+"""From no limit to one under which half of the way is spent on slowing down."""
+
+
+@UNDER_ACCELERATION
+@pytest.mark.parametrize("at_once", [True, False], ids=["limits count at once", "limits count with the next target"])
+def test_a_stop_stops_where_the_servo_is_whatever_its_acceleration(
+    acceleration: int, speed_dps: float, at_once: bool
+) -> None:
+    """Guide p. 43: under a limit of acceleration the speed ramps down only "as position approaches target"."""
+    bench = _under_way(acceleration, speed_dps, at_once=at_once)
+    told_deg, told_s = bench.true_deg, bench.clock.monotonic_s()
+    bench.pitch.stop()
+    while bench.clock.monotonic_s() < told_s + 5.0:
+        bench.clock.sleep(0.02)
+        # What a servo goes in the time of its stop's bytes, and the grain of its pulse.
+        assert bench.true_deg == pytest.approx(told_deg, abs=0.05 * speed_dps + 0.1)
+    assert not bench.pitch.state().is_moving
+
+
+def test_a_stop_of_a_servo_that_stands_sends_it_nowhere() -> None:
+    bench = motion_bench("maestro", acceleration=4)
+    bench.home_all()
+    move_and_arrive(bench.pitch, -45.0, bench.clock, bench.clock.sleep)
+    sent: list[bytes] = []
+    receive = bench.twin.receive
+    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
+    bench.pitch.stop()
+    assert not any(byte in data for data in sent for byte in (SET_TARGET, SET_ACCELERATION, SET_SPEED))
+
+
+@UNDER_ACCELERATION
+def test_what_the_guard_sends_first_slows_a_servo_at_once(acceleration: int, speed_dps: float) -> None:
+    """25 µs of pulse a second, 4.5° a second here, and not the speed that it had."""
+    bench = _under_way(acceleration, speed_dps, at_once=True)
+    told_deg = bench.true_deg
+    bench.stream.write(bench.pitch.stop_steps()[0].send)
+    bench.clock.sleep(2.0)
+    assert told_deg <= bench.true_deg <= told_deg + 2.0 * 4.5 + 0.1
 
 
 def test_an_error_during_a_move_ends_it() -> None:
