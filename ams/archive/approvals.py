@@ -4,7 +4,7 @@ The set's bytes never change, so one that was calibrated as 'engineering' still 
 out carries the name of who approved it since, and everything drawn from it says so.
 """
 
-from sqlalchemy import Connection, Select, select
+from sqlalchemy import ColumnElement, Connection, and_, exists, not_, select
 
 from ams.archive.tables import FUNCTIONS, SIGNATURES
 from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal
@@ -19,9 +19,18 @@ WITHDRAWN = "withdrawn"
 """The role of a signature whose comment is why the set must not be used any more."""
 
 
-def withdrawn() -> Select[tuple[str]]:
-    """Return the query of the checksums of sets that must not be used any more."""
-    return select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == WITHDRAWN)
+def is_signed(sha256: ColumnElement[str], role: str) -> ColumnElement[bool]:
+    """Return the condition that a set, by the column of its checksum, has a signature in a role.
+
+    It is asked of each set by itself: a list of all that have one would be as long as the archive.
+    """
+    given = SIGNATURES.alias()
+    return exists().where(given.c.sha256 == sha256, given.c.role == role)
+
+
+def is_withdrawn(sha256: ColumnElement[str]) -> ColumnElement[bool]:
+    """Return the condition that a set must not be used any more."""
+    return is_signed(sha256, WITHDRAWN)
 
 
 def withdrawals(connection: Connection, sha256: str | None = None) -> dict[str, Withdrawal]:
@@ -32,16 +41,15 @@ def withdrawals(connection: Connection, sha256: str | None = None) -> dict[str, 
     return {of: Withdrawal(name, utc, reason) for of, name, utc, reason in connection.execute(query)}
 
 
-def approved() -> Select[tuple[str]]:
-    """Return the query of the checksums of sets that somebody approved and nobody withdrew."""
-    signed = select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == "approved")
-    return signed.where(SIGNATURES.c.sha256.not_in(withdrawn()))
+def is_approved(sha256: ColumnElement[str]) -> ColumnElement[bool]:
+    """Return the condition that somebody approved a set and nobody withdrew it."""
+    return and_(is_signed(sha256, "approved"), not_(is_withdrawn(sha256)))
 
 
 def approver_of(connection: Connection, sha256: str) -> str | None:
     """Return who approved a set by signature, None where nobody did or it was withdrawn since."""
     query = select(SIGNATURES.c.name).where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
-    return connection.execute(query.where(SIGNATURES.c.sha256.not_in(withdrawn()))).scalar()
+    return connection.execute(query.where(not_(is_withdrawn(SIGNATURES.c.sha256)))).scalar()
 
 
 def function_of_approver(connection: Connection, sha256: str) -> str:

@@ -14,16 +14,14 @@ Where the rig has a permanent check sensor, what it says of a run stands beside 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import accumulate
 
-from sqlalchemy import ColumnElement, Connection, and_, select, true
-from sqlalchemy.sql.functions import count
+from sqlalchemy import ColumnElement, Connection, and_, not_, select, true
 
-from ams.archive.approvals import withdrawals, withdrawn
+from ams.archive.approvals import is_withdrawn, withdrawals
 from ams.archive.connection import reading
-from ams.archive.quarantines import Quarantined, quarantined, quarantined_of
+from ams.archive.quarantines import Quarantined, is_quarantined, quarantined_of
 from ams.archive.sets import BUSY_TIMEOUT_S, stored_document
-from ams.archive.tables import POINTS, SETS
+from ams.archive.tables import POINTS, SETS, in_code_points
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.sets.canonical import table
 from ams.sets.stated_verdict import Withdrawal
@@ -169,11 +167,10 @@ def _withdrawn_of(
     connection: Connection, population: Population, sensor: str, until_utc: datetime | None
 ) -> tuple[WithdrawnCalibration, ...]:
     """Return the withdrawn calibrations of a sensor; their values per the g of its latest one that counts."""
-    words = withdrawals(connection)
-    query = select(SETS.c.sha256, SETS.c.created_utc).where(SETS.c.sensor == sensor, SETS.c.sha256.in_(withdrawn()))
+    query = select(SETS.c.sha256, SETS.c.created_utc).where(SETS.c.sensor == sensor, is_withdrawn(SETS.c.sha256))
     found = [
-        WithdrawnCalibration(sha256, created_utc, words[sha256])
-        for sha256, created_utc in connection.execute(query.order_by(SETS.c.created_utc, SETS.c.sha256))
+        WithdrawnCalibration(sha256, created_utc, withdrawals(connection, sha256)[sha256])
+        for sha256, created_utc in connection.execute(query.order_by(SETS.c.created_utc, SETS.c.sha256)).all()
         if until_utc is None or created_utc <= until_utc
     ]
     numbers, first = population.numbers, population.rows_of(sensor)
@@ -181,7 +178,7 @@ def _withdrawn_of(
         select(SETS.c.simulated).where(SETS.c.sha256 == population.labels[first.start].sha256)
     ).scalar_one()
     kind = _Kind(",".join(numbers.axes), numbers.sensitivity_name, bool(is_simulated))
-    rows = _rows(connection, kind, [sensor], SETS.c.sha256.in_(withdrawn()))
+    rows = _rows(connection, kind, [sensor], is_withdrawn(SETS.c.sha256))
     beside = _rows(connection, kind, [sensor])
     value = _values_beside(kind, rows, sorted(_known(beside, until_utc), key=lambda row: row[3]))
     return tuple(replace(entry, value=value.get(entry.sha256, {})) for entry in found)
@@ -275,27 +272,46 @@ class _Kind:
 def _needed(connection: Connection, sensor: str, kind: _Kind, until_utc: datetime | None) -> list[_Row]:
     """Return the calibrations of the sensor, and of those behind it by name until there are enough."""
     found = _known(_rows(connection, kind, [sensor]), until_utc)
-    beside = _beside(connection, sensor)
-    query = select(SETS.c.sensor, count()).group_by(SETS.c.sensor)
-    counts: dict[str, int] = dict(connection.execute(query).all())
-    names, others = names_behind(counts, sensor), 0
-    while names and others < LEARNED_FROM:
-        before = accumulate((counts[name] for name in names), initial=others)
-        batch = [name for name, known in zip(names, before, strict=False) if known < LEARNED_FROM][:_NAMES_AT_ONCE]
+    runs = {run_id for _, _, run_id, *_ in found if run_id is not None}
+    last, others = sensor, 0
+    while others < LEARNED_FROM:
+        batch = _names_behind(connection, sensor, last, LEARNED_FROM - others)[:_NAMES_AT_ONCE]
+        if not batch:
+            return found
         batch_rows = _known(_rows(connection, kind, batch), until_utc)
-        names = names[len(batch) :]
-        others += sum(not is_check for *_, is_check, _, _ in batch_rows)
+        last, others = batch[-1], others + sum(not is_check for *_, is_check, _, _ in batch_rows)
         found += batch_rows
-    read = {row[1] for row in found}
-    missing = names_behind(beside - read, sensor)
-    return found + _known(_rows(connection, kind, missing[: max(_MOST_BESIDE - len(beside & read), 0)]), until_utc)
+    beside = {name for _, name, run_id, *_ in found if run_id in runs and name != sensor}
+    missing = _beside(connection, sensor, last, max(_MOST_BESIDE - len(beside), 0))
+    return found + _known(_rows(connection, kind, missing), until_utc)
 
 
-def _beside(connection: Connection, sensor: str) -> set[str]:
-    """Return the names of the sensors that went through a run with a sensor."""
-    runs = select(SETS.c.run_id).where(SETS.c.sensor == sensor, SETS.c.run_id.is_not(None))
-    query = select(SETS.c.sensor).where(SETS.c.run_id.in_(runs), SETS.c.sensor != sensor).distinct()
-    return set(connection.execute(query).scalars())
+def _behind(connection: Connection, names: ColumnElement[str], sensor: str, last: str) -> list[ColumnElement[bool]]:
+    """Return where the names behind the last one are, going round to the sensor: one stretch after the other."""
+    name = in_code_points(connection, names)
+    return [name > last, name < sensor] if last >= sensor else [and_(name > last, name < sensor)]
+
+
+def _names_behind(connection: Connection, sensor: str, last: str, sets: int) -> list[str]:
+    """Return the names of so many sets, in the order of their names behind the last one, going round to the sensor."""
+    found: list[str] = []
+    order = in_code_points(connection, SETS.c.sensor)
+    for stretch in _behind(connection, SETS.c.sensor, sensor, last):
+        query = select(SETS.c.sensor).where(stretch).order_by(order).limit(sets - len(found))
+        found += connection.execute(query).scalars()
+    return list(dict.fromkeys(found))
+
+
+def _beside(connection: Connection, sensor: str, last: str, most: int) -> list[str]:
+    """Return sensors that went through a run with a sensor: the first behind the last name, of each run so many."""
+    runs = select(SETS.c.run_id).where(SETS.c.sensor == sensor, SETS.c.run_id.is_not(None)).distinct().subquery()
+    other = SETS.alias()
+    order, found = in_code_points(connection, other.c.sensor), set[str]()
+    for stretch in _behind(connection, other.c.sensor, sensor, last):
+        near = select(other.c.sha256).where(other.c.run_id == runs.c.run_id, stretch).order_by(order).limit(most)
+        query = select(SETS.c.sensor).select_from(runs.join(SETS, SETS.c.sha256.in_(near.correlate(runs))))
+        found.update(connection.execute(query.distinct()).scalars())
+    return names_behind(found, last)[:most]
 
 
 def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:
@@ -306,7 +322,7 @@ def _known(rows: Sequence[_Row], until_utc: datetime | None) -> list[_Row]:
 
 def _standing() -> ColumnElement[bool]:
     """Return the condition that nobody withdrew a set, and that it is in no quarantine."""
-    return and_(SETS.c.sha256.not_in(quarantined()), SETS.c.sha256.not_in(withdrawn()))
+    return and_(not_(is_quarantined(SETS.c.sha256)), not_(is_withdrawn(SETS.c.sha256)))
 
 
 def _rows(

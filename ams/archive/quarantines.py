@@ -10,23 +10,25 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 
-from sqlalchemy import Connection, Select, select
+from sqlalchemy import ColumnElement, Connection, and_, exists, not_, select
 
+from ams.archive.approvals import is_signed
 from ams.archive.ledger import Written, write
-from ams.archive.tables import QUARANTINES, SETS, SIGNATURES
+from ams.archive.tables import QUARANTINES, SETS
 
 
 def quarantine(connection: Connection, sets: Sequence[str], reason: str, utc: datetime) -> None:
     """Put the sets that are not there yet into quarantine, inside a write transaction."""
-    known = set(connection.execute(select(QUARANTINES.c.sha256)).scalars())
+    known = set(connection.execute(select(QUARANTINES.c.sha256).where(QUARANTINES.c.sha256.in_(sets))).scalars())
     rows = [{"sha256": sha256, "reason": reason, "quarantined_utc": utc} for sha256 in sets if sha256 not in known]
     if rows:
         write(connection, utc, "quarantine", [Written(QUARANTINES, rows)], {})
 
 
-def quarantined() -> Select[tuple[str]]:
-    """Return the query of the checksums of those that nobody released."""
-    return select(QUARANTINES.c.sha256).where(QUARANTINES.c.sha256.not_in(released()))
+def is_quarantined(sha256: ColumnElement[str]) -> ColumnElement[bool]:
+    """Return the condition that a set, by the column of its checksum, is in quarantine and nobody released it."""
+    held = QUARANTINES.alias()
+    return and_(exists().where(held.c.sha256 == sha256), not_(is_signed(sha256, "released")))
 
 
 @dataclass(frozen=True)
@@ -43,13 +45,8 @@ def quarantined_of(connection: Connection, sensor: str, until_utc: datetime | No
     query = (
         select(SETS.c.sha256, SETS.c.created_utc, QUARANTINES.c.reason)
         .select_from(SETS.join(QUARANTINES, SETS.c.sha256 == QUARANTINES.c.sha256))
-        .where(SETS.c.sensor == sensor, SETS.c.sha256.in_(quarantined()))
+        .where(SETS.c.sensor == sensor, is_quarantined(SETS.c.sha256))
         .order_by(SETS.c.created_utc, SETS.c.sha256)
     )
     found = [Quarantined(*row) for row in connection.execute(query)]
     return tuple(held for held in found if until_utc is None or held.created_utc <= until_utc)
-
-
-def released() -> Select[tuple[str]]:
-    """Return the query of the checksums of those that a person released."""
-    return select(SIGNATURES.c.sha256).where(SIGNATURES.c.role == "released")

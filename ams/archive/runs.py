@@ -19,11 +19,11 @@ from sqlalchemy import Connection, literal, select
 from ams.archive.approvals import withdrawals
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
-from ams.archive.quarantines import quarantine, quarantined
+from ams.archive.quarantines import is_quarantined, quarantine
 from ams.archive.run_at_fault import run_at_fault
 from ams.archive.set_before import set_before
 from ams.archive.sets import BUSY_TIMEOUT_S, Publication, find_set, insert_sets, require_publishable, stored_set
-from ams.archive.tables import ADJUSTMENTS, QUARANTINES, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
+from ams.archive.tables import ADJUSTMENTS, RUNS, SETS, STANDARDS, STANDARDS_USED, USES
 from ams.errors import ArchiveError, ArchiveForbids, OutsideValidity
 from ams.findings import Finding, significant_facts, withheld
 from ams.observations import Observations
@@ -374,7 +374,10 @@ def _stored_adjustment(connection: Connection, sha256: str) -> Adjustment | None
     text = connection.execute(select(ADJUSTMENTS.c.document).where(ADJUSTMENTS.c.sha256 == sha256)).scalar()
     if text is None:
         return None
-    is_held = connection.execute(quarantined().where(QUARANTINES.c.sha256 == sha256)).first() is not None
+    is_held = (
+        connection.execute(select(SETS.c.sha256).where(SETS.c.sha256 == sha256, is_quarantined(SETS.c.sha256))).first()
+        is not None
+    )
     stored = stored_set(connection, sha256)
     why = no_conformity(stored.verdict, is_in_quarantine=is_held, is_withdrawn=stored.withdrawal is not None)
     found = without_conformity(from_document(json.loads(text), acceptance_of(stored.provenance)), why)

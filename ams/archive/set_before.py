@@ -1,9 +1,9 @@
 """The set that a sensor had before a calibration: what it is found by, and held against."""
 
-from sqlalchemy import Connection, or_, select
+from sqlalchemy import Connection, not_, or_, select
 
-from ams.archive.approvals import withdrawn
-from ams.archive.quarantines import quarantined
+from ams.archive.approvals import is_withdrawn
+from ams.archive.quarantines import is_quarantined
 from ams.archive.sets import stored_set
 from ams.archive.tables import SETS
 from ams.sets.coefficients import CoefficientSet
@@ -16,7 +16,7 @@ def set_before(connection: Connection, new: CoefficientSet) -> CoefficientSet | 
     """
     query = select(SETS.c.sha256).where(
         SETS.c.sensor == new.sensor, SETS.c.created_utc < new.created_utc, SETS.c.simulated == new.is_simulated,
-        SETS.c.sha256.not_in(quarantined()), SETS.c.sha256.not_in(withdrawn()),
+        not_(is_quarantined(SETS.c.sha256)), not_(is_withdrawn(SETS.c.sha256)),
     )  # fmt: skip
     run_id = new.provenance["run_id"]
     if run_id is not None:

@@ -11,19 +11,19 @@ from dataclasses import dataclass, fields, replace
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, case, select
+from sqlalchemy import ColumnElement, Connection, Select, case, not_, select
 
 from ams.archive.approvals import (
     accepted_verdicts,
-    approved,
     approver_of,
     function_of_approver,
+    is_approved,
+    is_withdrawn,
     withdrawals,
-    withdrawn,
 )
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
-from ams.archive.quarantines import quarantined
+from ams.archive.quarantines import is_quarantined
 from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, parsed, to_json
@@ -125,14 +125,14 @@ def list_sets(
         "rig": POINTS.c.rig,
         "as_found": ADJUSTMENTS.c.as_found,
         "as_left": ADJUSTMENTS.c.as_left,
-        "quarantine": case((SETS.c.sha256.in_(quarantined()), QUARANTINES.c.reason)),
+        "quarantine": case((is_quarantined(SETS.c.sha256), QUARANTINES.c.reason)),
         "status": case(
-            (SETS.c.sha256.in_(withdrawn()), "withdrawn"),
-            (SETS.c.sha256.in_(approved()), "approved"),
+            (is_withdrawn(SETS.c.sha256), "withdrawn"),
+            (is_approved(SETS.c.sha256), "approved"),
             else_=SETS.c.status,
         ),
         "verdict": VERDICTS.c.verdict,
-        "is_signed": case((SETS.c.sha256.in_(approved()), True), else_=False),
+        "is_signed": case((is_approved(SETS.c.sha256), True), else_=False),
     }
     names = [field.name for field in fields(ArchivedSet) if field.name not in ("standing", "withdrawal")]
     listed = [from_other[name] if name in from_other else SETS.c[name] for name in names]
@@ -184,7 +184,7 @@ def find_set(connection: Connection, key: str) -> str:
 
     Raises: ArchiveUnknown where nothing or more than one fits.
     """
-    sound = [SETS.c.sensor == key, SETS.c.sha256.not_in(quarantined())]
+    sound = [SETS.c.sensor == key, not_(is_quarantined(SETS.c.sha256))]
     rows = connection.execute(_query([SETS.c.sha256], sound)).scalars().all()[-1:]
     if not rows and len(key) >= SHORTEST_KEY:
         begins = SETS.c.sha256.startswith(key.lower(), autoescape=True)

@@ -19,12 +19,12 @@ from collections.abc import Sequence
 from datetime import datetime
 from typing import get_args
 
-from sqlalchemy import Connection, func, select
+from sqlalchemy import Connection, func, not_, select
 
-from ams.archive.approvals import ACCEPTED, OF_WHAT, withdrawn
+from ams.archive.approvals import ACCEPTED, OF_WHAT, is_withdrawn
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
-from ams.archive.quarantines import quarantined
+from ams.archive.quarantines import is_quarantined
 from ams.archive.sets import BUSY_TIMEOUT_S, find_set, stored_set
 from ams.archive.sign_offs import (
     ORDER,
@@ -163,7 +163,7 @@ def _sets_beside(connection: Connection, found: CoefficientSet) -> tuple[str, ..
     """Return the newest other sets of a sensor that may be used, as checksum and day, the newest first."""
     query = select(SETS.c.sha256, SETS.c.created_utc).where(
         SETS.c.sensor == found.sensor, SETS.c.simulated == found.is_simulated,
-        SETS.c.sha256.not_in(withdrawn()), SETS.c.sha256.not_in(quarantined()),
+        not_(is_withdrawn(SETS.c.sha256)), not_(is_quarantined(SETS.c.sha256)),
     )  # fmt: skip
     rows = connection.execute(query.order_by(SETS.c.created_utc.desc()).limit(_MOST_BESIDE))
     return tuple(f"{sha256[:12]} of {created_utc:%Y-%m-%d}" for sha256, created_utc in rows)

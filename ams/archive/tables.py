@@ -11,11 +11,14 @@ from typing import Any
 from sqlalchemy import (
     Boolean,
     Column,
+    ColumnElement,
+    Connection,
     Date,
     DateTime,
     Dialect,
     Double,
     ForeignKey,
+    Index,
     Integer,
     LargeBinary,
     MetaData,
@@ -24,6 +27,7 @@ from sqlalchemy import (
     Text,
     TypeDecorator,
     and_,
+    collate,
 )
 
 
@@ -49,7 +53,7 @@ class UtcDateTime(TypeDecorator[datetime]):
 
 
 METADATA = MetaData()
-REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008")
+REVISIONS = ("0001", "0002", "0003", "0004", "0005", "0006", "0007", "0008", "0009")
 """Of the schema, oldest first: what this calrig knows."""
 
 SETS = Table(
@@ -62,12 +66,19 @@ SETS = Table(
     Column("convention", Text, nullable=False),
     Column("status", Text, nullable=False),
     Column("simulated", Boolean, nullable=False),
-    Column("run_id", Text, index=True),
+    Column("run_id", Text),
     Column("software_version", Text, nullable=False),
     Column("created_utc", UtcDateTime, nullable=False),
     Column("published_utc", UtcDateTime, nullable=False),
     Column("document", Text, nullable=False),
+    Index("ix_sets_run_sensor", "run_id", "sensor"),
 )
+
+
+def in_code_points(connection: Connection, text: ColumnElement[str]) -> ColumnElement[str]:
+    """Return a text as it is ordered and compared as Python does, whatever language a database was made for."""
+    return text if connection.dialect.name == "sqlite" else collate(text, "C")
+
 
 COEFFICIENTS = Table(
     "coefficients",

@@ -9,9 +9,9 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from sqlalchemy import ColumnElement, Connection, select
+from sqlalchemy import ColumnElement, Connection, not_, select
 
-from ams.archive.approvals import WITHDRAWN, withdrawals, withdrawn
+from ams.archive.approvals import WITHDRAWN, is_withdrawn, withdrawals
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import Written, write
 from ams.archive.sets import BUSY_TIMEOUT_S, find_set
@@ -62,7 +62,7 @@ def later_set_of_run(archive_url: str, key: str, busy_timeout_s: float = BUSY_TI
         run_id, sensor, published_utc = connection.execute(select(*columns).where(SETS.c.sha256 == sha256)).one()
         later = select(SETS.c.sha256).where(
             SETS.c.run_id == run_id, SETS.c.sensor == sensor, SETS.c.published_utc > published_utc,
-            SETS.c.sha256.not_in(withdrawn()),
+            not_(is_withdrawn(SETS.c.sha256)),
         )  # fmt: skip
         found: str | None = connection.execute(later.order_by(SETS.c.published_utc.desc()).limit(1)).scalar()
     return None if found is None else (sha256, found)
@@ -106,7 +106,7 @@ def _standing(
 ) -> tuple[SetOfRun, ...]:
     """Return the sets of runs that nobody withdrew, the latest first."""
     query = select(SETS.c.sha256, SETS.c.sensor, SETS.c.run_id, SETS.c.document).where(
-        SETS.c.run_id.is_not(None), SETS.c.sha256.not_in(withdrawn()), *conditions
+        SETS.c.run_id.is_not(None), not_(is_withdrawn(SETS.c.sha256)), *conditions
     )
     rows = connection.execute(query.order_by(SETS.c.created_utc.desc(), SETS.c.published_utc.desc()).limit(most)).all()
     folders = select(RUNS.c.run_id, RUNS.c.folder).where(RUNS.c.run_id.in_({row.run_id for row in rows}))

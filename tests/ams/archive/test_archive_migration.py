@@ -34,14 +34,14 @@ def old(tmp_path: Path) -> Path:
 
 def test_an_older_archive_is_not_read_before_it_is_migrated_and_says_how(old: Path) -> None:
     before = old.read_bytes()
-    with pytest.raises(ArchiveError, match="has the older schema 0001, this calrig reads 0008; calrig archive migrate"):
+    with pytest.raises(ArchiveError, match="has the older schema 0001, this calrig reads 0009; calrig archive migrate"):
         list_sets(f"sqlite:///{old}")
     assert old.read_bytes() == before
 
 
 def test_a_migrated_archive_has_every_set_a_history_a_chain_and_a_copy_beside_it(old: Path) -> None:
     url, before = f"sqlite:///{old}", old.read_bytes()
-    assert migrate(url) == ("0001", "0008")
+    assert migrate(url) == ("0001", "0009")
     assert [(coefficients.sensor, coefficients.created_utc.day) for coefficients in list_sets(url)] == [
         ("SN1047", 1),
         ("SN1047", 20),
@@ -52,7 +52,7 @@ def test_a_migrated_archive_has_every_set_a_history_a_chain_and_a_copy_beside_it
     assert len(history(url, "SN1047").history.labels) == 1  # both sets are of one run
     assert verify_archive(url).faults == ()
     assert old.with_name("archive.sqlite.schema-0001").read_bytes() == before
-    assert migrate(url) == ("0008", "0008")
+    assert migrate(url) == ("0009", "0009")
 
 
 def test_publishing_migrates_and_goes_on(old: Path) -> None:
@@ -83,7 +83,7 @@ def as_schema_0005(path: Path) -> str:
         tell(connection, NOW, "sets", parts, {})
         connection.execute(text("DROP TABLE verdicts"))
         connection.execute(text("DROP TABLE functions"))
-        connection.execute(text("DROP INDEX ix_sets_run_id"))
+        connection.execute(text("DROP INDEX ix_sets_run_sensor"))
         connection.execute(text("UPDATE alembic_version SET version_num = '0005'"))
     return url
 
@@ -93,7 +93,7 @@ def test_an_archive_of_0005_gets_the_verdict_that_each_of_its_sets_states(tmp_pa
     stated = [set_not_usable(), set_usable(), from_json(SET_V1.read_bytes(), "v1")]  # the last is of before the key
     publish(f"sqlite:///{path}", stated, NOW)
     url = as_schema_0005(path)
-    assert migrate(url) == ("0005", "0008")
+    assert migrate(url) == ("0005", "0009")
     expected = {entry.sha256: entry.document.get("verdict") for entry in stated}
     assert {row.sha256: row.verdict for row in list_sets(url)} == expected
     assert sorted(map(str, expected.values())) == ["None", "not usable", "sound"]
@@ -106,7 +106,7 @@ def test_a_damaged_set_of_0005_is_taken_over_without_a_verdict_and_verify_names_
     url = as_schema_0005(path)
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("UPDATE sets SET document = substr(document, 1, 2000)")
-    assert migrate(url) == ("0005", "0008")
+    assert migrate(url) == ("0005", "0009")
     (row,) = list_sets(url)
     assert row.verdict is None
     assert [fault for fault in verify_archive(url).faults if row.sha256[:12] in fault]
@@ -129,9 +129,9 @@ def test_signatures_of_0006_stay_without_a_function_and_the_next_may_tell_one(tm
     sign(url, row.sha256, "prepared", "A. Ray", NOW)
     with closing(sqlite3.connect(path)) as connection, connection:
         connection.execute("DROP TABLE functions")
-        connection.execute("DROP INDEX ix_sets_run_id")
+        connection.execute("DROP INDEX ix_sets_run_sensor")
         connection.execute("UPDATE alembic_version SET version_num = '0006'")
-    assert migrate(url) == ("0006", "0008")
+    assert migrate(url) == ("0006", "0009")
     signed = sign(url, row.sha256, "reviewed", "B. Lee", NOW, function="head of the laboratory")
     assert [signature.signatory for signature in signed.signatures] == ["A. Ray", "B. Lee, head of the laboratory"]
     assert verify_archive(url).faults == ()
@@ -148,7 +148,7 @@ def test_what_is_no_archive_is_not_migrated(tmp_path: Path) -> None:
 
 def test_an_archive_of_0002_keeps_its_chain_and_has_nothing_in_quarantine(tmp_path: Path) -> None:
     url = f"sqlite:///{shutil.copy(SCHEMA_0002, tmp_path / 'archive.sqlite')}"
-    assert migrate(url) == ("0002", "0008")
+    assert migrate(url) == ("0002", "0009")
     assert verify_archive(url).faults == ()
     assert {coefficients.quarantine for coefficients in list_sets(url)} == {None}
     publish_run(url, a_run(400), [a_sensor(400)], NOW)

@@ -246,7 +246,7 @@ def test_a_newer_schema_is_left_alone(url: str) -> None:
     execute(url, "UPDATE alembic_version SET version_num = '0999'")
     for attempt in (lambda: publish(url, [a_set("SN2")], PUBLISHED), lambda: list_sets(url)):
         with pytest.raises(
-            ArchiveError, match="was written by a newer calrig: got schema 0999, this one knows up to 0008"
+            ArchiveError, match="was written by a newer calrig: got schema 0999, this one knows up to 0009"
         ):
             attempt()
     assert rows(url, "SELECT count(*) FROM sets") == [(1,)]
