@@ -18,6 +18,7 @@ from sqlalchemy import Connection, literal, select
 
 from ams.archive.approvals import withdrawals
 from ams.archive.connection import reading, writing
+from ams.archive.exchanges import exchanges_of
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import is_quarantined, quarantine
 from ams.archive.run_at_fault import run_at_fault
@@ -38,7 +39,6 @@ from ams.surveillance.adjustment import (
     to_document,
     without_conformity,
 )
-from ams.surveillance.exchanged import Recalibrated, exchanged
 from ams.surveillance.reference_attitude import ReferenceAttitude
 
 
@@ -148,17 +148,22 @@ def publish_run(
         checks = {sensor.coefficients.sensor: sensor.is_check for sensor in sensors}
         publications = insert_sets(connection, sets, published_utc, checks)
         before = {made.sensor: set_before(connection, made) for made in sets}
-        mixed = exchanged([Recalibrated(made, old) for made in sets if (old := before[made.sensor]) is not None])
-        found: dict[str, Adjustment] = {}
+        exchanges = exchanges_of(connection, sets, before)
+        mixed = {name: found.sentence for name, found in exchanges.items() if not found.is_of_before}
+        adjustments: dict[str, Adjustment] = {}
         for sensor in sensors:
             made, swap = sensor.coefficients, mixed.get(sensor.coefficients.sensor)
             if reasons := [*significant_facts(withheld(sensor.findings)), *([] if swap is None else [swap])]:
                 quarantine(connection, [made.sha256], "; ".join(reasons), published_utc)
             adjusted = _adjusted(connection, sensor, before[made.sensor], published_utc, usage_pitch_deg, swap)
             if adjusted is not None:
-                found[made.sensor] = adjusted
-    published = tuple(replace(publication, exchanged=mixed.get(publication.sensor, "")) for publication in publications)
-    return PublishedRun(published, found)
+                adjustments[made.sensor] = adjusted
+    back = {name: found.sentence for name, found in exchanges.items() if found.is_of_before}
+    published = tuple(
+        replace(entry, exchanged=mixed.get(entry.sensor, ""), exchanged_before=back.get(entry.sensor, ""))
+        for entry in publications
+    )
+    return PublishedRun(published, adjustments)
 
 
 def adjustment_of(archive_url: str, key: str, busy_timeout_s: float = BUSY_TIMEOUT_S) -> Adjustment | None:

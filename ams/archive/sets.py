@@ -81,6 +81,8 @@ class Publication:
     is_new: bool
     exchanged: str = ""
     """Why it is in quarantine where the sensor looks exchanged with another of its run; empty where it does not."""
+    exchanged_before: str = ""
+    """That the sensor looks exchanged in its set before, which counts, and not in this one; empty where it does not."""
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,10 @@ WHAT_TO_DO_ABOUT_A_SWAP = (
     "look at serial numbers, channels and cables, put right what was exchanged and calibrate again; or, where each is "
     "what its name says, release the sets (calrig archive release)"
 )
+WHAT_TO_DO_ABOUT_AN_EARLIER_SWAP = (
+    "the new sets count; look at what those before were used for, and withdraw them (calrig archive sign CHECKSUM "
+    "withdrawn)"
+)
 
 
 def publish_solved(
@@ -104,6 +108,8 @@ def history_findings(archive_url: str, publications: Sequence[Publication], now_
         yield str(error)
     swaps = dict.fromkeys(entry.exchanged for entry in publications if entry.is_new and entry.exchanged)
     yield from (f"{sentence}: in quarantine; {WHAT_TO_DO_ABOUT_A_SWAP}" for sentence in swaps)
+    earlier = dict.fromkeys(entry.exchanged_before for entry in publications if entry.is_new)
+    yield from (f"{sentence}: {WHAT_TO_DO_ABOUT_AN_EARLIER_SWAP}" for sentence in earlier if sentence)
     shared: set[str] = set()
     for publication in publications:
         if not publication.is_new:

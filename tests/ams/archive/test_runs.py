@@ -208,6 +208,20 @@ def test_two_packages_that_were_exchanged_are_told_with_their_second_publication
     assert not list(history_findings(archive.url, again.publications, LATER)), "told once"
 
 
+def test_a_run_after_sets_that_were_exchanged_and_count_is_no_exchange(archive: Any) -> None:
+    """Each in a night of its own, so that nothing compared them; the right run after them went into quarantine."""
+    from procedures.delivery.publish import history_findings
+
+    publish_run(archive.url, a_run(0), [a_sensor(0), a_sensor(0, "SN2", gain=1.01)], NOW)
+    publish_run(archive.url, a_run(50), [a_sensor(50, gain=1.01)], NOW)
+    publish_run(archive.url, a_run(51), [a_sensor(51, "SN2")], NOW)
+    right = publish_run(archive.url, a_run(100), [a_sensor(100), a_sensor(100, "SN2", gain=1.01)], NOW)
+    sentences = list(history_findings(archive.url, right.publications, LATER))
+    assert sum(sentence.startswith("SN1 and SN2 look exchanged in their sets before") for sentence in sentences) == 1
+    assert [entry.sensor for entry in list_sets(archive.url) if entry.quarantine] == []
+    assert {found.as_found is None for found in right.adjustments.values()} == {False}
+
+
 def test_a_package_under_another_ones_name_is_noticed_when_it_is_published(archive: Any) -> None:
     """The mix-up is told with the publication, not years later; the other one is not in this run."""
     from procedures.delivery.publish import history_findings

@@ -77,7 +77,10 @@ def test_a_set_of_a_file_is_published_by_its_file(tmp_path: Path, capsys: pytest
     for is_new, outcome in ((True, "published"), (False, "was there already")):
         if is_new:
             (entry,) = call(capsys, "archive", "publish", stored, "--archive", url, "--json").document["sets"]
-            assert entry == {"sha256": sha256, "sensor": "SN1047", "is_new": True, "exchanged": "", "withdrawal": None}
+            assert entry == {
+                "sha256": sha256, "sensor": "SN1047", "is_new": True, "exchanged": "", "exchanged_before": "",
+                "withdrawal": None,
+            }  # fmt: skip
             continue
         assert (
             f"{sha256[:12]}  SN1047           {outcome}"
