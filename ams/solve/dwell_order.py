@@ -6,7 +6,7 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.remembered import known, remembered
-from ams.solve.indices import is_back
+from ams.solve.indices import are_back
 from ams.solve.layout import Layout
 
 SETTLES_IN: Final = 1.0 / 12.0
@@ -49,10 +49,9 @@ def attitudes_repeat(layout: Layout, *angles_rad: FloatArray) -> bool:
     """
     if not layout.is_complete:
         return False
-    by_dwell = np.empty((layout.rows, len(angles_rad)))
-    by_dwell[layout.dwell] = np.stack(angles_rad, axis=1)
-    by_replication = by_dwell.reshape(layout.replications, -1)
-    return bool(np.all(is_back(by_replication, by_replication[0])))
+    by_dwell = np.empty((len(angles_rad), layout.rows))
+    by_dwell[:, layout.dwell] = angles_rad
+    return all(are_back(angle.reshape(layout.replications, layout.points)) for angle in by_dwell)
 
 
 @remembered(16)

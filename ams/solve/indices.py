@@ -1,8 +1,10 @@
 """Indices of an axis of the table, told from angles as they are read back.
 
 An axis stands a little otherwise each time it comes back to an index, or its encoder reads so; steps between indices
-are far larger. Sorted angles belong to one index up to a gap that is plainly a step of the design. Where no gap is (the
-angles follow no grid, or one as fine as what is read back), only angles that are equal but for rounding are one index.
+are far larger. Sorted angles are cut at every gap above a limit; of all limits that one is taken which leaves the gaps
+widest beside the scatter of what stands together: a dwell that was off stays with the index it is nearest to, or is
+one by itself, and changes nothing for the others. Where no gap is plain (the angles follow no grid, or one as fine as
+what is read back), only angles that are equal but for rounding are one index.
 """
 
 from typing import Final
@@ -10,23 +12,38 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
 
-READ_BACK_RAD: Final = 2e-3
-"""What an axis reads otherwise on coming back to an index is less: six standard deviations of a servo of 0.02°."""
 _ROUNDING_RAD: Final = 1e-4
 """What an axis whose angles are set, or read by a fine encoder, reads otherwise is less."""
-_OF_A_STEP: Final = 0.25
-"""Of the smallest step of the design: what the angles of one index lie within, and the least that is a move."""
-_WIDEST_RAD: Final = 2.0 * READ_BACK_RAD
-"""Of the angles of one index: wider ones are a grid that is finer than what is read back."""
+_EXACT_RAD: Final = 1e-9
+"""Less is no scatter but the last digits of a number."""
+_WIDEST_SCATTER_RAD: Final = 2e-3
+"""Standard deviation of what an index is read at: 0.05° of a servo, and dwells that were off by 0.3°."""
+_STEP_RAD: Final = float(np.deg2rad(1.0))
+"""A gap as wide as the finest grid is plain; by more it is no plainer."""
+_PLAIN: Final = 6.0
+"""Scatters to the smallest gap. Of angles that follow no grid it is √6: what is paired below a gap is uniform to it."""
+_NEXT: Final = 1.5
+"""Of a gap: the next wider one, where between them may be the limit."""
+_MOST: Final = 0.5
+"""Of what stands together at the widest limit: as much does at any. Two that are alike by chance tell no scatter."""
+_BACK_RAD: Final = 2e-3
+"""Whatever the scatter: an axis that is read by less otherwise is back."""
+_FARTHEST_BACK_RAD: Final = float(np.deg2rad(0.5))
+"""Of a dwell that was off; more is another attitude, as where observations are read."""
+_BACK: Final = 6.0
+"""Standard deviations of a difference of two angles that are read back: one in 10⁸ of them."""
+_STRAYS: Final = 0.05
+"""Of all angles, or one of them: as many may be off."""
 
 
 def index_of(angle_rad: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return (N,) the number of the index of every angle of (N,), and the (I,) mean angles of the indices, rad."""
     order = np.argsort(angle_rad, kind="stable")
-    stood = angle_rad[order]
-    number = np.empty(stood.size, dtype=np.int64)
-    number[order] = np.append(0, np.cumsum(np.diff(stood) > _least_step_rad(stood)))
+    gaps = np.diff(angle_rad[order])
+    number = np.empty(order.size, dtype=np.int64)
+    number[order] = np.append(0, np.cumsum(gaps > _widest_within_rad(angle_rad[order], gaps)))
     return number, np.bincount(number, weights=angle_rad) / np.bincount(number)
 
 
@@ -43,23 +60,50 @@ def index_around(angle_rad: FloatArray) -> tuple[IntArray, FloatArray]:
 def has_moved(angle_rad: FloatArray) -> BoolArray:
     """Return (N − 1,) whether an axis moves to another index from each of (N,) angles, in order of time, to the next.
 
-    A whole turn is a move.
+    A whole turn is a move. An axis that is read within one turn has made none: where it is read at either end, it
+    stands where its encoder begins anew.
     """
-    return np.asarray(np.abs(np.diff(angle_rad)) > _least_step_rad(np.sort(angle_rad)))
+    is_within_a_turn = bool(np.ptp(angle_rad) < 2.0 * np.pi - _EXACT_RAD)
+    number, _ = index_around(angle_rad) if is_within_a_turn else index_of(angle_rad)
+    return np.asarray(np.diff(number) != 0)
 
 
-def is_back(angle_rad: FloatArray, before_rad: FloatArray) -> BoolArray:
-    """Return whether angles are those of before, but for what an axis reads otherwise on coming back."""
-    return np.asarray(np.abs(np.sin(0.5 * (angle_rad - before_rad))) < 0.5 * READ_BACK_RAD)
+def are_back(angle_rad: FloatArray) -> bool:
+    """Return whether an axis was at the same (n, K) angles in each of n replications, but for what it reads otherwise.
+
+    That is known by the scatter of their differences; what a whole replication differs by is none. Few may be off.
+    """
+    if len(angle_rad) == 1:
+        return True
+    turn = angle_rad - angle_rad[0]
+    turn = np.arctan2(np.sin(turn), np.cos(turn))
+    about = np.abs(turn[1:] - np.median(turn[1:], axis=1, keepdims=True))
+    limit = max(_BACK_RAD, _BACK * SD_PER_MEDIAN_DEVIATION * float(np.median(about)))
+    away = np.abs(turn - np.sort(turn, axis=0)[(len(turn) - 1) // 2])
+    off = np.count_nonzero(away >= min(limit, _FARTHEST_BACK_RAD))
+    return bool(away.max() < _FARTHEST_BACK_RAD and off <= max(1.0, _STRAYS * turn[1:].size))
 
 
-def _least_step_rad(sorted_rad: FloatArray) -> float:
-    """Return the gap between (N,) sorted angles from which on they are of two indices."""
-    gaps = np.diff(sorted_rad)
-    is_step = gaps > READ_BACK_RAD
-    if not is_step.any():
-        return _ROUNDING_RAD
-    least = _OF_A_STEP * float(gaps[is_step].min())
-    first, last = np.append(True, is_step), np.append(is_step, True)
-    widest = float(np.max(sorted_rad[last] - sorted_rad[first]))
-    return least if widest <= min(least, _WIDEST_RAD) else _ROUNDING_RAD
+def _widest_within_rad(sorted_rad: FloatArray, gaps: FloatArray) -> float:
+    """Return the gap between (N,) sorted angles above which they are of two indices; ``gaps``: (N − 1,)."""
+    limits = np.append(_ROUNDING_RAD, np.sort(gaps[gaps > _ROUNDING_RAD]))
+    next_wider = np.append(limits[1:], np.inf)
+    may_be = next_wider >= _NEXT * limits
+    may_be[0] = True
+    found = list[tuple[float, int, float]]()
+    for limit, gap in zip(limits[may_be].tolist(), next_wider[may_be].tolist(), strict=True):
+        scatter, dof = _scatter_rad(sorted_rad, gaps > limit)
+        if dof and scatter < _WIDEST_SCATTER_RAD:
+            found.append((min(gap, _STEP_RAD) / max(scatter, _EXACT_RAD), dof, limit))
+    enough = _MOST * max((dof for _, dof, _ in found), default=0)
+    plain, _, limit = max((each for each in found if each[1] >= enough), default=(0.0, 0, _ROUNDING_RAD))
+    return limit if plain >= _PLAIN else _ROUNDING_RAD
+
+
+def _scatter_rad(sorted_rad: FloatArray, is_step: BoolArray) -> tuple[float, int]:
+    """Return the standard deviation within what (N − 1,) steps part, and its degrees of freedom."""
+    number = np.append(0, np.cumsum(is_step))
+    count = np.bincount(number)
+    left = sorted_rad - (np.bincount(number, weights=sorted_rad) / count)[number]
+    dof = number.size - count.size
+    return float(np.sqrt(left @ left / max(dof, 1))), dof

@@ -72,21 +72,25 @@ def test_an_order_that_repeats_says_how_much_of_what_comes_back_it_hides() -> No
     assert float(said.partition("correlation up to ")[2][:4]) == pytest.approx(largest, abs=0.006)
 
 
-@pytest.mark.parametrize("jitter_deg", [1e-6, 5e-3, 0.02])
+@pytest.mark.parametrize("jitter_deg", [1e-6, 5e-3, 0.02, 0.05])
 def test_an_order_repeats_whatever_angles_are_read_otherwise(jitter_deg: float) -> None:
     (exact,), (said,) = _hidden(_measured(by_chance=False)), _hidden(_measured(by_chance=False, jitter_deg=jitter_deg))
     assert said == exact
     assert _hidden(_measured(by_chance=True, jitter_deg=jitter_deg)) == []
 
 
-@pytest.mark.parametrize("jitter_deg", [5e-3, 0.02])
-def test_rows_are_those_of_the_design_whatever_angles_are_read_otherwise(jitter_deg: float) -> None:
+@pytest.mark.parametrize("jitter_deg", [5e-3, 0.02, 0.05])
+@pytest.mark.parametrize("off_deg", [0.0, 0.2])
+def test_rows_are_those_of_the_design_whatever_angles_are_read_otherwise(off_deg: float, jitter_deg: float) -> None:
+    """``off_deg``: of one dwell in the middle of a row. The encoder of the roll begins anew at half a turn."""
     chance = np.random.default_rng(3)
     pitch, roll = np.deg2rad([(a, r) for a in PITCH_DEG for r in ROLL_DEG]).T
     terms = np.stack(
         [np.ones_like(pitch), np.sin(pitch), np.cos(pitch) * np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=1
     )
-    read = (angle + np.deg2rad(jitter_deg) * chance.normal(size=angle.size) for angle in (pitch, roll))
+    read = [angle + np.deg2rad(jitter_deg) * chance.normal(size=angle.size) for angle in (pitch, roll)]
+    read[0][20] += np.deg2rad(off_deg)
+    read[1] = (read[1] + np.pi) % (2.0 * np.pi) - np.pi
     assert row_correlation(terms, *read) == row_correlation(terms, pitch, roll)
     assert row_correlation(terms, pitch, roll)[1] == ROLL_DEG.size
 
