@@ -15,6 +15,7 @@ from pydantic import Field, field_validator, model_validator
 from rig.abilities.abilities import Burst, Wait
 from rig.abilities.cards import card_of_slot, ranges_v
 from rig.abilities.meter_checks import MeterChecks, proofs
+from rig.abilities.selected_inputs import Inputs
 from rig.abilities.self_checking import MeterLook
 from rig.clock import Clock
 from rig.description.device_settings import NotNegative, Positive, ScannedReadoutSettings
@@ -78,6 +79,8 @@ class Hp3458aSettings(ScannedReadoutSettings):
     nplc: Annotated[float, Field(gt=0.0, le=1000.0)] = 10.0
     line_frequency_hz: Literal[50, 60] = 50
     relay_settle_s: NotNegative = 0.02
+    terminals: Inputs | None = None
+    """Which inputs must be selected at the meter; None: either, and the identity says which."""
     channels: dict[str, ScannedChannel] = Field(min_length=1)
     cards: dict[Literal["1", "2", "3", "4", "5"], Literal["44470", "44471", "44472"]] = Field(default_factory=dict)
     """The scanner's cards by slot, as it names them; what is not told is asked of the scanner when the run begins."""
@@ -154,7 +157,7 @@ class Hp3458aReadout:
         self._clock = clock
         self._inputs = dict(zip(self.channels, settings.channels.values(), strict=True))
         address = parse_resource(settings.resource, wire.DEFAULT_ADDRESS).address
-        self.meter = Hp3458aMeter(name, bus, address, settings.line_frequency_hz, clock)
+        self.meter = Hp3458aMeter(name, bus, address, settings.line_frequency_hz, clock, settings.terminals)
         self.scanner = Hp3488aScanner(
             name,
             scanner_bus or bus,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from rig.abilities.abilities import Wait
 from rig.abilities.read_back import LONGEST_ERROR_LIST, READ_BACK_TOLERANCE
+from rig.abilities.selected_inputs import Inputs, SelectedInputs
 from rig.abilities.waiting import wait_until
 from rig.clock import Clock
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused
@@ -33,12 +34,14 @@ READY_LIMIT_S = 10.0
 AUTOCALIBRATION_S, AUTOCALIBRATION_LIMIT_S = 150.0, 150.0
 """ACAL DCV takes 165 s by the manual: first look, and how much later it may end."""
 
-CONFIGURATION = b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;AZERO ON;FIXEDZ OFF;TRIG AUTO;TARM HOLD"
+CONFIGURATION = (
+    b"QFORMAT NORM;INBUF ON;OFORMAT ASCII;MEM OFF;MATH OFF;RATIO OFF;AZERO ON;FIXEDZ OFF;TRIG AUTO;TARM HOLD"
+)
 """FIXEDZ OFF is more than 10 gigohm up to 10 V.
 
 INBUF ON frees the bus during a burst, so that the meter can be polled and cleared."""
 CONFIRMED: Mapping[bytes, float] = {
-    **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0},
+    **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0, b"RATIO?": 0},
     **{b"TRIG?": Event.AUTO, b"TARM?": Event.HOLD},
 }
 """Read back before every burst: hands at its panel and other controllers can change them at any time."""
@@ -61,7 +64,16 @@ class Setup:
 class Hp3458aMeter:
     """The meter at ``address``. ``clock`` is the rig's; the bus has its own for time-outs."""
 
-    def __init__(self, name: str, bus: GpibBus, address: int, line_frequency_hz: int, clock: Clock) -> None:
+    def __init__(
+        self,
+        name: str,
+        bus: GpibBus,
+        address: int,
+        line_frequency_hz: int,
+        clock: Clock,
+        terminals: Inputs | None = None,
+    ) -> None:
+        """``terminals``: the inputs that must be selected; None: those that are when it is prepared."""
         self.name = name
         self._bus = bus
         self._address = address
@@ -70,13 +82,18 @@ class Hp3458aMeter:
         self._is_configured = False
         self._setup: Setup | None = None
         self._power_on_sign = Status(0)
+        self._inputs = SelectedInputs(name, terminals)
 
     def identify(self) -> str:
         self._bus.send(self._address, b"END ALWAYS")
         who = self._ask(b"ID?", wire.parse_identity)
         master, slave = self._ask(b"REV?", wire.parse_pair)
         option, adjusted = (self._ask(query, wire.parse_number) for query in (b"OPT?", b"CALNUM?"))
-        return f"{who}, revision {master:g},{slave:g}, option {option:g}, adjusted {adjusted:g} times"
+        terminals = self._selected()
+        self._inputs.require_declared(terminals)
+        return (
+            f"{who}, revision {master:g},{slave:g}, option {option:g}, adjusted {adjusted:g} times, {terminals} inputs"
+        )
 
     def prepare(self) -> None:
         """Clear, reset, identify, configure, read back."""
@@ -93,6 +110,7 @@ class Hp3458aMeter:
         )
         self._ask(b"ID?", wire.parse_identity)
         self._clear_earlier_errors()
+        self._inputs.keep(self._selected())
         self._configure()
         # Where CSB does not clear the sign, it says nothing about what happens from here on.
         self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))
@@ -160,7 +178,7 @@ class Hp3458aMeter:
         return INTEGRATIONS_PER_READING * nplc / self._line_frequency_hz + OVERHEAD_S
 
     def require_undisturbed(self, setup: Setup, wait: Wait) -> None:
-        """Refuse a meter that met an error, lost power or has readings left since it was set up.
+        """Refuse a meter that met an error, lost power, has readings left or other inputs since it was set up.
 
         Raises: DeviceRefused, DeviceFault, DeviceSilent, and what ``wait`` raises.
         """
@@ -178,6 +196,7 @@ class Hp3458aMeter:
                 f"{self.name}: meter: it has readings left after the {setup.samples} that it was set to; the burst is"
                 f" dropped; {ANOTHER_SETTING}"
             )
+        self._inputs.require(self._selected(), "the burst is dropped")
 
     def temperature_degc(self) -> float:
         return self._ask(b"TEMP?", wire.parse_number)
@@ -269,7 +288,11 @@ class Hp3458aMeter:
             raise DeviceRefused(f"{self.name}: meter: configuration: {words}; it is not set up; look at its display")
         self._is_configured = True
 
+    def _selected(self) -> Inputs:
+        return self._ask(b"TERM?", wire.parse_terminals)
+
     def _confirm_configuration(self) -> None:
+        self._inputs.require(self._selected(), "no reading is taken")
         for query, need in {**CONFIRMED, b"LFREQ?": self._line_frequency_hz}.items():
             self._require_number(query, need)
         self._require(b"MATH?", self._ask(b"MATH?", wire.parse_operations), 0, ANOTHER_SETTING)

@@ -25,6 +25,7 @@ from rig.abilities.scpi_talk import (
     require,
     require_no_error,
 )
+from rig.abilities.selected_inputs import Inputs, SelectedInputs
 from rig.clock import Clock
 from rig.description.device_settings import Positive, ReadoutSettings
 from rig.errors import DeviceNonsense, DeviceRefused, RequestRefused
@@ -122,7 +123,7 @@ class ScpiMeterSettings(ReadoutSettings):
     """A second conversion for every reading."""
     high_impedance: bool = True
     """More than 10 gigohm on the low ranges; false: 10 megohm on every range, as after a reset."""
-    terminals: Literal["front", "rear"] | None = None
+    terminals: Inputs | None = None
     """Which inputs must be selected at the meter; None: either, and the identity says which."""
     baud_rate: Annotated[int, Field(ge=300, le=921600)] = 9600
     """Of a serial line, with the three that follow."""
@@ -191,8 +192,7 @@ class ScpiMeter:
         self._needs_remote = needs_remote
         self._set_up_for: float | None = None
         """Power-line cycles; None: it is not set up."""
-        self._terminals = settings.terminals
-        """Inputs that must be selected: those of the file, else those that were when it was prepared."""
+        self._inputs = SelectedInputs(name, settings.terminals)
         self._busy_until_s = 0.0
         """Rig seconds: a reading that was given up is still being taken, and everything else waits behind it."""
 
@@ -204,7 +204,7 @@ class ScpiMeter:
                 f" (readouts.{self.name}: model); nothing was set; correct the rig file or the address"
             )
         terminals = self._selected()
-        self._require_terminals(terminals, self._settings.terminals, "nothing was measured")
+        self._inputs.require_declared(terminals)
         return f"{f'{maker} {model} {serial} {firmware}'.strip()}, {terminals} inputs"
 
     def prepare(self) -> None:
@@ -214,7 +214,7 @@ class ScpiMeter:
         if self._needs_remote:
             self._line.tell(b"SYST:REM")
         self.identify()
-        self._terminals = self._settings.terminals or self._selected()
+        self._inputs.keep(self._selected())
         self._line.tell(b"*RST")
         clear_earlier_errors(self._line, self.name)
         self._set_up(self._settings.nplc)
@@ -277,22 +277,13 @@ class ScpiMeter:
         require_no_error(self._line, self.name, "configuration", "nothing is measured")
         self._set_up_for = cycles
 
-    def _selected(self) -> Literal["front", "rear"]:
+    def _selected(self) -> Inputs:
         answer = self._line.ask(self._preset.terminals, _word, idempotent=True)
         return "front" if answer == self._preset.front else "rear"
 
-    def _require_terminals(self, selected: str, need: str | None, outcome: str) -> None:
-        if need not in (None, selected):
-            declared = self._settings.terminals is not None
-            by = "terminals" if declared else "terminals is left out, and those were selected when it was prepared"
-            raise DeviceRefused(
-                f"{self.name}: the {selected} inputs are selected, need those at the {need}"
-                f" (readouts.{self.name}: {by}); {outcome}; press the key at the meter"
-            )
-
     def _require_as_set(self, cycles: float, outcome: str) -> None:
         """Ask all that a reading depends on: a key at the panel changes any of it at any time."""
-        self._require_terminals(self._selected(), self._terminals, outcome)
+        self._inputs.require(self._selected(), outcome)
         numbers = {b"VOLT:DC:RANG": self._settings.range_v, b"VOLT:DC:NPLC": cycles}
         switches = {self._preset.autozero: self._settings.autozero}
         if self._preset.impedance is not None:

@@ -37,6 +37,7 @@ def _twin(name: str, settings: Hp3458aSettings, world: World) -> tuple[Twin, str
     scanner = Hp3488aTwin(fitting | card_of_slot(settings.cards))
     twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
     twin.inside_degc = source.inside_degc
+    twin.is_front = settings.terminals != "rear"
     instruments: dict[int, GpibInstrument] = {
         meter_wire.DEFAULT_ADDRESS: twin,
         scanner_wire.DEFAULT_ADDRESS: scanner,

@@ -1,8 +1,9 @@
 """The twin of a 3458A: arm, trigger and sample events in time, DC volts, ASCII readings.
 
-Other hands may set AC volts (0 of a steady input), ohms of two wires, the mathematics NULL and SCALE, and events
-that never come here (EXT, LEVEL, LINE). What is not modelled says so by an error of the meter: other functions and
-mathematics, binary formats, reading memory. Readings that nobody fetches wait without limit.
+Other hands may set AC volts (0 of a steady input), ohms of two wires, the mathematics NULL and SCALE, RATIO, the
+switch of its inputs (``is_front``; the volts are the same at both), and events that never come here (EXT, LEVEL,
+LINE). What is not modelled says so by an error of the meter: other functions and mathematics, binary formats, reading
+memory. Readings that nobody fetches wait without limit.
 
 Source: 3458A user's guide (reset state, events, EOI, mathematics, error and status registers). Overhead of a reading,
 the answers' number shapes and the currents of ohms are assumptions.
@@ -40,6 +41,8 @@ FULL_SCALES: Mapping[int, Mapping[float, float]] = {
 ARM_EVENTS = (Event.AUTO, Event.EXT, Event.SGL, Event.HOLD, Event.SYN)
 TRIGGER_EVENTS = (*ARM_EVENTS, Event.LEVEL, Event.LINE)
 NULL, SCALE = 7, 11
+SENSE_V = 9.99
+"""The reference at the Ω sense terminals, by which RATIO divides."""
 REGISTERS: Mapping[str, float] = {"OFFSET": 0.0, "SCALE": 1.0}
 
 SWITCH = {"OFF": 0, "ON": 1}
@@ -55,25 +58,18 @@ WORDS: Mapping[str, Mapping[str, int]] = {
     "MEM": {"OFF": 0},
     "OFORMAT": {"ASCII": 1},
     "QFORMAT": {"NORM": 1},
+    "RATIO": SWITCH,
 }
 """Settings with named values; the number is what the query answers."""
 RESET_STATE: Mapping[str, float] = {
     **{"AZERO": 1, "BEEP": 1, "DISP": 1, "END": 0, "INBUF": 0, "LOCK": 0, "MEM": 0, "OFORMAT": 1},
-    **{"QFORMAT": 1, "FIXEDZ": 0, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "NRDGS": 1},
+    **{"QFORMAT": 1, "FIXEDZ": 0, "NDIG": 7, "NPLC": 10, "LFREQ": 50, "NRDGS": 1, "RATIO": 0},
     **{"FUNC": wire.DC_VOLTS, "RANGE": 1000, "ARANGE": 1},
     **{"TARM": Event.AUTO, "TRIG": Event.AUTO, "SAMPLE": Event.AUTO},
 }
 PRESET_NORM: Mapping[str, float] = {
-    "NPLC": 1,
-    "NDIG": 6,
-    "TRIG": Event.SYN,
-    "INBUF": 0,
-    "AZERO": 1,
-    "NRDGS": 1,
-    "FIXEDZ": 0,
-    "FUNC": wire.DC_VOLTS,
-    "RANGE": 1000,
-    "ARANGE": 1,
+    **{"NPLC": 1, "NDIG": 6, "TRIG": Event.SYN, "INBUF": 0, "AZERO": 1, "NRDGS": 1, "FIXEDZ": 0, "RATIO": 0},
+    **{"FUNC": wire.DC_VOLTS, "RANGE": 1000, "ARANGE": 1},
 }
 
 _COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
@@ -104,6 +100,8 @@ class Hp3458aTwin:
         self.calibrated_s: list[float] = []
         """When it began to calibrate itself."""
         self.cannot_calibrate = False
+        self.is_front = True
+        """The switch of its inputs."""
         self._calibrated_from_s = -math.inf
         self._input_v = input_v
         self._ready: deque[bytes] = deque()
@@ -198,7 +196,7 @@ class Hp3458aTwin:
         for operation in self._operations:
             divisor = self._registers["SCALE"] if operation == SCALE else 1.0
             value = (value - self._registers["OFFSET"]) / divisor
-        return value
+        return value / SENSE_V if self._settings["RATIO"] else value
 
     def _in_unit(self, function: int, input_v: float) -> float:
         if function == wire.OHMS:
@@ -254,6 +252,8 @@ class Hp3458aTwin:
         elif name == "ERRSTR":
             self._say(wire.format_error(self._errors))
             self._errors &= self._errors - 1
+        elif name == "TERM":
+            self._say(b"%d" % wire.TERMINALS["front" if self.is_front else "rear"])
         elif name == "AUXERR":
             self._say(b"0")
         elif name in ("FUNC", *FUNCTIONS):

@@ -11,6 +11,7 @@ Source: 3458A user's guide (commands END, ERRSTR?, FUNC, NPLC, NRDGS, OFORMAT, T
 import re
 from collections.abc import Mapping
 from enum import IntEnum, IntFlag
+from typing import Literal
 
 from rig.errors import DeviceNonsense
 
@@ -22,6 +23,8 @@ OVERLOAD_V = 1.0e38
 NO_ERROR = b'0,"NO ERROR"'
 DC_VOLTS, AC_VOLTS, OHMS = 1, 2, 4
 """Of ``FUNC?``."""
+TERMINALS: Mapping[Literal["front", "rear"], int] = {"front": 1, "rear": 2}
+"""Of ``TERM?``."""
 FULL_SCALE_V: Mapping[float, float] = {0.1: 0.12, 1.0: 1.2, 10.0: 12.0, 100.0: 120.0, 1000.0: 1050.0}
 
 
@@ -116,6 +119,17 @@ def format_setting(value: float) -> bytes:
     """Return a setting as the meter writes it: the tenth of a volt is ``.1``, ten volts ``10``."""
     text = f"{value:.9g}".upper()
     return text.removeprefix("0").encode("ascii") if 0.0 < value < 1.0 else text.encode("ascii")
+
+
+def parse_terminals(line: bytes) -> Literal["front", "rear"]:
+    """Parse ``TERM?``: the inputs that the switch at the panel selects.
+
+    Raises: DeviceNonsense.
+    """
+    number = parse_number(line)
+    if number not in TERMINALS.values():
+        raise DeviceNonsense("the meter answers TERM? with 1 for the inputs at its front or 2 for those at its rear")
+    return next(inputs for inputs, code in TERMINALS.items() if code == number)
 
 
 def parse_operations(line: bytes) -> float:

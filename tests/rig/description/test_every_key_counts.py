@@ -140,6 +140,7 @@ TRIALS = {
     "readouts.*:angle-meter.channels.*.range_deg": Trial(5.0),
     "readouts.*:hp3458a.crosstalk_ratio": Trial(1e-5),
     "readouts.*:scpi-daq.crosstalk_ratio": Trial(1e-5),
+    "readouts.*:hp3458a.terminals": Trial("rear"),
     "readouts.*:hp3458a.resource": Trial("prologix+socket://127.0.0.1:7#22"),
     "readouts.*:hp3458a.scanner_resource": Trial("prologix+socket://127.0.0.1:7#9"),
     "readouts.*:hp3458a.checks.action": Trial(rig=REFERENCE_OFF),

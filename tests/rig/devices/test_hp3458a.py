@@ -229,6 +229,7 @@ def test_a_range_that_the_line_altered_is_told_as_the_range() -> None:
         (b"NRDGS 5,AUTO", r"NRDGS\? reads back 5, it was set to 4"),
         (b"MATH NULL", r"MATH\? reads back 7, it was set to 0"),
         (b"MATH OFF,SCALE", r"MATH\? reads back 11, it was set to 0"),
+        (b"RATIO ON", r"RATIO\? reads back 1, it was set to 0"),
         (b"TRIG EXT", r"TRIG\? reads back 2, it was set to 1"),
         (b"TRIG SYN", r"TRIG\? reads back 5, it was set to 1"),
         (b"RESET", r"FUNC\? reads back 1000, it was set to 10"),  # runs free, without EOI
@@ -248,6 +249,40 @@ def test_what_another_hand_sets_between_two_equal_bursts_is_noticed(command: byt
     burst = readout.read("dmm.x", 4, rig.wait)  # all sent anew
     assert burst.samples == pytest.approx(1.0, abs=1e-4)
     assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+
+
+@pytest.mark.parametrize("declared", ["rear", None])
+def test_inputs_that_are_changed_at_the_panel_are_not_measured(declared: str | None) -> None:
+    # Keithley 2002 manual p. H-21, "for HP3458A compatibility": TERM? returns the INPUTS switch, 1 front, 2 rear.
+    rig = gpib_rig()
+    rig.meter.is_front = False
+    readout = rig.prepared(terminals=declared)
+    assert "rear inputs" in readout.identify()
+    readout.read("dmm.x", 1, rig.wait)
+    rig.meter.is_front = True
+    taken = len(rig.bench.readings)
+    sentence = r"dmm: the front inputs are selected, need those at the rear \(readouts\.dmm: terminals"
+    with pytest.raises(DeviceRefused, match=f"{sentence}.*no reading is taken; press the key at the meter"):
+        readout.read("dmm.x", 1, rig.wait)
+    assert len(rig.bench.readings) == taken
+    rig.meter.is_front = False
+
+    def turned(duration_s: float) -> None:
+        rig.wait(duration_s)
+        rig.meter.is_front = bool(rig.bench.readings[taken:])  # once the first reading is there
+
+    with pytest.raises(DeviceRefused, match=f"{sentence}.*the burst is dropped; press the key at the meter"):
+        readout.read("dmm.x", 2, turned)
+    rig.meter.is_front = False
+    assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_inputs_other_than_those_of_the_file_are_refused_before_anything_is_set() -> None:
+    rig = gpib_rig()
+    with pytest.raises(
+        DeviceRefused, match=r"need those at the rear \(readouts\.dmm: terminals\); nothing was measured"
+    ):
+        rig.readout(terminals="rear").identify()
 
 
 @pytest.mark.parametrize("more", [b"NRDGS 5,AUTO", b"NRDGS 5000,AUTO"])
@@ -341,11 +376,11 @@ def test_a_range_that_the_meter_has_not_is_refused_in_the_file(range_v: float) -
 
 
 def _first_reading(rig: GpibRig, readout: Hp3458aReadout, samples: int) -> int:
-    """Return which reply the first reading of the next burst will be: behind them come VIEW and the status alone."""
+    """Return which reply the first reading of the next burst will be: behind them come VIEW, status and TERM? alone."""
     readout.read("dmm.x", samples, rig.wait)
     before = rig.faults.taken
     readout.read("dmm.x", samples, rig.wait)
-    return 2 * rig.faults.taken - before - samples - 2
+    return 2 * rig.faults.taken - before - samples - 3
 
 
 def test_a_cut_reading_is_not_a_smaller_number() -> None:

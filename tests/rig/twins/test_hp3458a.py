@@ -5,6 +5,7 @@ from gpib_rig import GpibRig, gpib_rig
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rig.twins import hp3458a as meter_twin
 from rig.twins.hp3458a import Hp3458aTwin
 
 READING_S = 2 * 10 / 50  # NPLC 10 with autozero at 50 Hz
@@ -48,6 +49,27 @@ def test_the_reset_state_is_that_of_the_guide() -> None:
     queries = {b"END?": 0, b"AZERO?": 1, b"NPLC?": 10, b"OFORMAT?": 1, b"TARM?": 1, b"TRIG?": 1}
     assert {query: float(said(twin, query)) for query in queries} == queries
     assert said(twin, b"NRDGS?") == b"1, 1\r\n"
+
+
+def test_ratio_divides_by_the_reference_at_the_sense_terminals() -> None:
+    # 3458A user's guide, RATIO (docstring): "Ratio = Signal Voltage / DC Reference Voltage"; RESET executes RATIO OFF.
+    twin = quiet_meter(9.99)
+    assert float(said(twin, b"RATIO?")) == 0
+    twin.listen(b"RATIO ON", 0.0)
+    assert float(said(twin, b"RATIO?")) == 1
+    twin.listen(b"TARM SGL", 0.0)
+    assert [float(line) for line in read_all(twin, READING_S * 1.01)] == [9.99 / meter_twin.SENSE_V]
+    twin.listen(b"RESET", 0.0)
+    assert float(said(twin, b"RATIO?")) == 0
+
+
+def test_the_switch_of_its_inputs_is_asked_for_and_no_reset_turns_it() -> None:
+    # Keithley 2002 manual p. H-21 (emulation of the 3458A): "Returns status of INPUTS switch (1= Front; 2=Rear)".
+    twin = quiet_meter()
+    assert said(twin, b"TERM?") == b"1\r\n"
+    twin.is_front = False
+    twin.listen(b"RESET", 0.0)
+    assert said(twin, b"TERM?") == b"2\r\n"
 
 
 def test_preset_norm_is_triggered_by_talking() -> None:
