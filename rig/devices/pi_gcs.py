@@ -2,7 +2,8 @@
 
 Commands are silent, so ``ERR?`` is asked behind each; it keeps one error only. A stage is homed by its own word
 (``FRF?``), and its motor is on (``SVO?``): a motion error switches it off, which is a fault. The unit is the stage's
-own parameter and must be degrees: the same command turns a stage by degrees and drives another by millimetres.
+own parameter and must be degrees: the same command turns a stage by degrees and drives another by millimetres. Its
+zero must be that of its reference: another program may have put it elsewhere (``DFH?``).
 
 Source: docs/devices/pi-gcs.md.
 """
@@ -19,7 +20,7 @@ from rig.abilities.machine_limits import require_travel
 from rig.abilities.starting import start_once
 from rig.abilities.targets import check_target, require_home
 from rig.description.device_settings import AxisSettings
-from rig.errors import DeviceFault, DeviceRefused, FileContradicted
+from rig.errors import DeviceFault, DeviceRefused, DeviceSilent, FileContradicted
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire import pi_gcs as wire
@@ -68,6 +69,8 @@ class PiGcsAxis:
         self._axis = settings.named
         self._exchange, self._turn = exchange, turn
         self._is_prepared = False
+        self._knows_offset = True
+        """Until the controller says that ``DFH?`` is no command of its own."""
 
     def identify(self) -> str:
         identity = self._ask(b"*IDN?\n", wire.parse_identity)
@@ -81,6 +84,7 @@ class PiGcsAxis:
         self.check_target(target_deg)
         require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
         self._prepare()
+        self._require_unmoved_zero()
         table_deg = self._settings.table_deg(target_deg)
         start_once(lambda: self._do("MOV", wire.format_number(table_deg)), lambda: self._is_on_its_way(table_deg))
 
@@ -88,7 +92,9 @@ class PiGcsAxis:
         self._is_prepared = False  # a stage that lost power forgot its speed, too
         self._do("SVO", "1")
         self._prepare()
-        if self._settings.reference != "none":
+        if self._settings.reference == "none":
+            self._require_unmoved_zero()
+        else:
             start_once(lambda: self._do(self._settings.reference), self._is_moving)
 
     def state(self) -> AxisState:
@@ -144,6 +150,30 @@ class PiGcsAxis:
                 f"{self.name}: the stage counts in {unit}, need degrees (axes.{self.name}: axis, axis_id); nothing"
                 " moved; another stage is connected, or its configuration is not that of a rotary stage"
             )
+
+    def _require_unmoved_zero(self) -> None:
+        """See that nobody made another angle the zero: every angle would be off by it. Raises: DeviceRefused."""
+        offset_deg = self._offset_deg()
+        if abs(offset_deg) > _SAME_ANGLE_DEG:
+            has_reference = self._settings.reference != "none"
+            way_out = "home the axis anew, or restart the controller" if has_reference else "restart the controller"
+            raise DeviceRefused(
+                f"{self.name}: another program put the zero of axis {self._axis} at {offset_deg:g}° (DFH?), need 0:"
+                f" every angle is off by it; nothing moved; {way_out}"
+            )
+
+    def _offset_deg(self) -> float:
+        """Return where ``DFH`` put the zero; 0 of a controller that has no such command: ``ERR?`` says so."""
+        if not self._knows_offset:
+            return 0.0
+        with self._turn:
+            try:
+                return self._number("DFH?")
+            except DeviceSilent:
+                if self._error() != wire.UNKNOWN_COMMAND:
+                    raise
+        self._knows_offset = False
+        return 0.0
 
     def _is_on_its_way(self, table_deg: float) -> bool:
         return self._is_moving() or abs(self._number("POS?") - table_deg) < _SAME_ANGLE_DEG

@@ -12,7 +12,7 @@ from rig.wire import pi_gcs as wire
 
 IDENTITY = b"(c)2013 Physik Instrumente(PI) Karlsruhe, C-863.11,0115500620,1.2.1.0"
 TRAVEL_DEG, TOP_SPEED_DPS = (-100_000.0, 100_000.0), 720.0
-UNKNOWN_COMMAND, SYNTAX, INVALID_AXIS = 2, 1, 15
+SYNTAX, INVALID_AXIS = 1, 15
 _READY = b"\xb1"
 _LONGEST_LINE = 256
 
@@ -24,8 +24,11 @@ class PiStage:
         self.servo = servo
         self.has_servo = False
         self.unit = "DEG"
+        self.zero_deg = 0.0
+        """Where ``DFH`` put the zero; referencing and a restart put it back."""
 
     def power_cycle(self, now_s: float) -> None:
+        self.zero_deg = 0.0
         self.has_servo = False
         self.servo.power_cycle(now_s)
 
@@ -89,7 +92,7 @@ class PiGcsTwin:
             case [word, axis, *values]:
                 self.error = self._obey(word, axis, values, now_s) or self.error
             case _:
-                self.error = UNKNOWN_COMMAND
+                self.error = wire.UNKNOWN_COMMAND
 
     def _query(self, word: str, axes: list[str], now_s: float) -> None:
         parameter = axes.pop() if word == "SPA?" and len(axes) == 2 else ""
@@ -99,7 +102,7 @@ class PiGcsTwin:
             return
         values = [self._value(word, self.stages[name], parameter, now_s) for name in chosen]
         if None in values:
-            self.error = UNKNOWN_COMMAND
+            self.error = wire.UNKNOWN_COMMAND
             return
         where = f" {parameter}" if parameter else ""
         lines = " \n".join(f"{name}{where}={value}" for name, value in zip(chosen, values, strict=True))
@@ -108,7 +111,8 @@ class PiGcsTwin:
     def _value(self, word: str, stage: PiStage, parameter: str, now_s: float) -> str | None:
         servo = stage.servo
         table = {
-            "POS?": wire.format_number(servo.position_deg(now_s)),
+            "POS?": wire.format_number(servo.position_deg(now_s) - stage.zero_deg),
+            "DFH?": wire.format_number(stage.zero_deg),
             "VEL?": wire.format_number(servo.speed_dps),
             "TMN?": wire.format_number(TRAVEL_DEG[0]),
             "TMX?": wire.format_number(TRAVEL_DEG[1]),
@@ -141,14 +145,17 @@ class PiGcsTwin:
             case "FRF" | "FNL" | "FPL":
                 if not stage.has_servo:
                     return wire.NOT_REFERENCED
+                stage.zero_deg = 0.0
                 stage.servo.home(now_s)
+            case "DFH":
+                stage.zero_deg = stage.servo.position_deg(now_s)
             case "MOV":
                 if not (stage.has_servo and stage.servo.is_homed(now_s)):
                     return wire.NOT_REFERENCED
                 if not TRAVEL_DEG[0] <= number <= TRAVEL_DEG[1]:
                     return wire.OUT_OF_LIMITS
-                stage.servo.move(number, now_s)
+                stage.servo.move(number + stage.zero_deg, now_s)
                 return wire.NO_ERROR
             case _:
-                return UNKNOWN_COMMAND
+                return wire.UNKNOWN_COMMAND
         return wire.NO_ERROR

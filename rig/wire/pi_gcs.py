@@ -11,10 +11,10 @@ from rig.errors import DeviceNonsense
 
 MOVING, STOP = b"\x05", b"\x18"
 """``#5`` asks for the moving axes, ``#24`` stops them all; neither has an end."""
-NO_ERROR, NOT_REFERENCED, OUT_OF_LIMITS, VELOCITY, STOPPED = 0, 5, 7, 8, 10
+NO_ERROR, UNKNOWN_COMMAND, NOT_REFERENCED, OUT_OF_LIMITS, VELOCITY, STOPPED = 0, 2, 5, 7, 8, 10
 ERRORS: Mapping[int, str] = {
     1: "parameter syntax error",
-    2: "unknown command",
+    UNKNOWN_COMMAND: "unknown command",
     3: "command too long",
     NOT_REFERENCED: "unallowable move attempted on unreferenced axis, or move attempted with servo off",
     OUT_OF_LIMITS: "position out of limits",

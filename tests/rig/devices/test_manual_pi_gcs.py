@@ -125,6 +125,58 @@ def test_an_absolute_encoder_needs_no_home() -> None:
     assert bench.true_deg == pytest.approx(20.0)
 
 
+def test_a_zero_that_another_program_put_elsewhere_is_refused_until_the_axis_is_homed() -> None:
+    # M863 p. 144: "This position value is used internally as offset for the calculation of the current axis position",
+    # and it is reset to zero by switching on and rebooting, and during referencing.
+    bench = motion_bench("pi-gcs")
+    bench.home_all()
+    bench.pitch.start_move(30.0)
+    bench.clock.sleep(60.0)
+    assert _said(bench, b"DFH 1\nPOS? 1\nDFH? 1\nFRF? 1\n") == b"1=0.000000\n1=30.000000\n1=1\n"
+    with pytest.raises(
+        DeviceRefused, match=r"the zero of axis 1 at 30° \(DFH\?\), need 0: .*nothing moved; home the axis"
+    ):
+        bench.pitch.start_move(0.0)
+    bench.clock.sleep(60.0)
+    assert bench.true_deg == pytest.approx(30.0)
+    bench.axes["roll"].start_move(5.0)  # its own zero is where it was
+    bench.home_all()
+    assert _said(bench, b"DFH? 1\n") == b"1=0.000000\n"
+    bench.pitch.start_move(30.0)
+    bench.clock.sleep(60.0)
+    assert bench.true_deg == pytest.approx(30.0)
+
+
+def test_a_moved_zero_of_an_absolute_encoder_is_refused_until_the_controller_restarts() -> None:
+    bench = motion_bench("pi-gcs", reference="none")
+    stage = bench.twin.stages["1"]
+    stage.servo.home(0.0)
+    bench.clock.sleep(200.0)
+    bench.pitch.home()
+    bench.pitch.start_move(30.0)
+    bench.clock.sleep(60.0)
+    _said(bench, b"DFH 1\n")
+    with pytest.raises(DeviceRefused, match=r"nothing moved; restart the controller"):
+        bench.pitch.home()
+    bench.twin.power_cycle(bench.clock.monotonic_s())
+    assert _said(bench, b"DFH? 1\n") == b"1=0.000000\n"
+
+
+def test_a_controller_without_dfh_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    # M863 p. 207: error 2, unknown command; a question that is unknown is not answered.
+    bench = motion_bench("pi-gcs")
+    answer = bench.twin._value
+    monkeypatch.setattr(bench.twin, "_value", lambda word, *more: None if word == "DFH?" else answer(word, *more))
+    bench.home_all()
+    for target_deg in (5.0, 10.0):
+        before_s = bench.clock.monotonic_s()
+        bench.pitch.start_move(target_deg)
+        waited_s = bench.clock.monotonic_s() - before_s
+        assert (waited_s > 1.0) == (target_deg == 5.0)
+        bench.clock.sleep(20.0)
+        assert bench.true_deg == pytest.approx(target_deg)
+
+
 def test_axes_may_have_letters_for_names() -> None:
     # EPICS: default "1" on GCS 2.0, "A" on GCS 1; names are letters, digits or words.
     bench = motion_bench("pi-gcs")
