@@ -5,7 +5,8 @@ first spares the EEPROM of a Prologix and writes that of an AR488, which is ther
 An instrument that another program left talking is silenced by what disturbs least: no automatic reading, interface
 clear, device clear of the addressed instrument, reset of the adapter. A message and the ``++read eoi`` that fetches
 its answer leave in one send. The answer to ``++ver`` is known, so after a doubt it serves as the sentinel: whatever
-comes before it is stale.
+comes before it is stale. The settings are asked for then as well, and sent again where one is another: an adapter that
+lost its power has those of somebody else, and its port may have stayed open.
 
 Source: docs/devices/prologix.md (manual 6.107; manual and firmware of the AR488).
 """
@@ -31,6 +32,9 @@ TALK_TIMEOUT_S = ADAPTER_TIMEOUT_S + 0.5
 PATIENCE = Patience(timeout_s=TALK_TIMEOUT_S, quiet_s=0.1, quiet_limit_s=2.0 * TALK_TIMEOUT_S)
 
 
+_SETTINGS = b"".join(wire.setting(name, value) for name, value in wire.SETTINGS.items())
+
+
 class PrologixBus:
     """A :class:`rig.link.gpib.GpibBus`; the only owner of its adapter."""
 
@@ -40,6 +44,9 @@ class PrologixBus:
         self._exchange = Exchange(stream, terminator=b"\n", patience=PATIENCE, resynchronise=self._resynchronise)
         self._address: int | None = None
         self._version = ""
+        self._sparing = b""
+        """What spares the EEPROM of a Prologix, which goes before its settings; empty for a clone."""
+        self._is_set_up = False
         self._set_up()
 
     @property
@@ -81,10 +88,16 @@ class PrologixBus:
         self._version = self._first_version()
         if wire.CLONE not in self._version:
             self._tell_apart()
-        self._exchange.tell(b"".join(wire.setting(name, value) for name, value in wire.SETTINGS.items()))
+        self._exchange.tell(self._sparing + _SETTINGS)
         self._exchange.tell(wire.INTERFACE_CLEAR)
+        self._require_settings(
+            lambda name: self._query(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
+        )
+        self._is_set_up = True
+
+    def _require_settings(self, value_of: Callable[[str], int]) -> None:
         for name, value in wire.SETTINGS.items():
-            got = self._query(wire.setting_query(name), wire.parse_number, True, TALK_TIMEOUT_S)
+            got = value_of(name)
             if got != value:
                 raise DeviceRefused(
                     f"{self.name}: adapter setting ++{name}: got {got}, need {value}, which was written just before;"
@@ -124,7 +137,7 @@ class PrologixBus:
         except (DeviceSilent, DeviceNonsense):
             real = ""
         if wire.CLONE not in real:
-            self._exchange.tell(wire.setting("savecfg", 0))
+            self._sparing = wire.setting("savecfg", 0)
 
     def _addressed(self, address: int) -> bytes:
         """Return what must go before a message to ``address``."""
@@ -147,6 +160,23 @@ class PrologixBus:
         if not self._version:
             self._exchange.wait_for_quiet()
             return
-        self._exchange.stream.write(b"\n" + wire.VERSION)
+        self._exchange.stream.write(b"\n" + self._sparing + wire.VERSION)
         self._exchange.skip_to(self._version.encode("ascii") + b"\r\n", 2.0 * TALK_TIMEOUT_S, wire.VERSION)
         self._exchange.wait_for_quiet()
+        if self._is_set_up:
+            self._set_again()
+
+    def _set_again(self) -> None:
+        """See that it has its settings still: it may have restarted while its port stayed open.
+
+        They are asked for first, as ``++mode 1`` takes the instruments behind a clone out of remote.
+        """
+        if any(self._said(name) != value for name, value in wire.SETTINGS.items()):
+            self._exchange.stream.write(_SETTINGS)
+            self._require_settings(self._said)
+
+    def _said(self, name: str) -> int:
+        """Ask for a setting while the line is brought to a known state."""
+        question = wire.setting_query(name)
+        self._exchange.stream.write(question)
+        return wire.parse_number(self._exchange.read_line(TALK_TIMEOUT_S, question).removesuffix(b"\r"))

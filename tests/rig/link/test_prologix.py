@@ -1,3 +1,5 @@
+from contextlib import suppress
+
 import pytest
 from gpib_rig import gpib_rig, virtual_clock
 from recording_adapter import RecordingAdapter
@@ -178,6 +180,28 @@ def test_a_lost_address_is_sent_again_even_where_nothing_is_repeated() -> None:
     with pytest.raises(DeviceNonsense):
         bus.ask(9, b"ID?", hp3488a.parse_identity, idempotent=False)
     assert bus.ask(9, b"ID?", hp3488a.parse_identity, idempotent=False) == "HP3488A"
+
+
+@pytest.mark.parametrize("clone", [None, "AR488 GPIB controller, ver. 0.53.04, 13/04/2025"])
+@pytest.mark.parametrize("saved", [FOREIGN, {"addr": 9}, {"eot_enable": 1}, {"auto": 1, "eos": 0, "addr": 22}])
+def test_an_adapter_that_restarts_while_its_port_stays_open_is_set_again(
+    saved: dict[str, int], clone: str | None
+) -> None:
+    # P-107, A-M: at power-up the saved settings are loaded, which are anybody's, and a Prologix saves every change.
+    meter = gpib_rig().meter
+    twin = PrologixTwin({22: meter}, clone_named=clone)
+    script = FaultScript()
+    bus = PrologixBus(MemoryStream(twin, virtual_clock(), "memory", script))
+    bus.send(22, b"END ALWAYS;TARM HOLD")
+    need = dict(twin.settings)
+    twin.settings |= {"savecfg": 1, **saved}
+    script.reads = {script.taken: faults.drop}  # what was on its way is lost
+    for _ in range(2):
+        with suppress(DeviceSilent, DeviceNonsense):
+            identity(bus)
+    assert identity(bus) == "HP3458A"
+    assert twin.settings == need
+    assert twin.eeprom_writes == 0
 
 
 def test_a_doubled_sentinel_is_drained_before_the_next_question() -> None:
