@@ -267,6 +267,8 @@ class ScpiMeter:
     def _set_up(self, cycles: float) -> None:
         """Send what a reading depends on; what presets the function first: it takes the rest back to its defaults."""
         self._set_up_for = None
+        if self._needs_remote:  # its LOCAL key and a loss of power take it out of remote
+            self._line.tell(b"SYST:REM")
         self._line.tell(b"*CLS")  # what a burst that ended early left in the queue was told then
         for command in self._preset.configure:
             self._line.tell(command.replace(b"%s", as_sent(self._settings.range_v)))

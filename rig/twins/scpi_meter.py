@@ -64,6 +64,7 @@ MODELS: Mapping[str, MeterModel] = {
 }  # fmt: skip
 
 
+IN_LOCAL = (550, "Command not allowed in local")
 _RELATIVE: Mapping[str, tuple[str, ...]] = {
     "34401A": ("CALC:STAT",),
     "34461A": ("VOLT:DC:NULL:STAT", "CALC:SCAL:STAT"),
@@ -87,6 +88,8 @@ class ScpiMeterTwin:
         self.is_front = is_front
         self.null_v: float | None = None
         """What every reading is told less, behind one press of NULL or REL at the panel; a reset ends it."""
+        self.is_local = False
+        """Behind one press of LOCAL on a serial line: nothing but SYST:REM is obeyed, and the rest is error 550."""
         self.function = ""
         """What measures, as the meter names it; a key at the panel changes it, and the ranges of volts stay."""
         self._read_v = read_v
@@ -115,6 +118,8 @@ class ScpiMeterTwin:
 
     def obey(self, header: str, parameters: str, now_s: float) -> bytes | None:
         header = _with_current(header)
+        if self.is_local and header != "SYST:REM":
+            raise Refused(IN_LOCAL)
         try:
             if header in self._queries:
                 return self._queries[header]()
@@ -178,7 +183,7 @@ class ScpiMeterTwin:
             "INIT": lambda _text, now_s: self._initiate(now_s),
             "VOLT:DC:RANG:AUTO": lambda text, _now_s: setattr(self, "_ranges_itself", SWITCH[text.upper()]),
             "FUNC": lambda text, _now_s: self._choose(text.upper().strip("'\"")),
-            "SYST:REM": lambda _text, _now_s: None,
+            "SYST:REM": lambda _text, _now_s: setattr(self, "is_local", False),
         }
         table[self._relative[0]] = lambda text, now_s: self._null(now_s, is_on=SWITCH[text.upper()])
         if self._model.impedance is not None:

@@ -5,9 +5,10 @@ import pytest
 from meter_rig import MODELS, meter_rig, meter_settings, on_a_bus
 from pydantic import ValidationError
 
-from rig.devices.scpi_meter import PRESETS
+from rig.devices.scpi_meter import PRESETS, ScpiMeter
 from rig.errors import DeviceNonsense, DeviceRefused, DeviceSilent, RequestRefused, RigError, WaitEnded
 from rig.link import faults
+from rig.link.messages import StreamMessages
 from rig.wire import scpi
 
 IMPEDANCE = {"34401A": b"INP:IMP:AUTO", "34461A": b"VOLT:DC:IMP:AUTO"}
@@ -235,6 +236,20 @@ def test_inputs_that_are_changed_at_the_panel_are_not_measured(model: str, decla
         meter.read("dmm.x", 2, turned)
     rig.unit.is_front = False
     assert meter.read("dmm.x", 1, rig.wait).samples.size == 1
+
+
+def test_a_meter_behind_its_local_key_is_taken_back_with_the_next_set_up() -> None:
+    # 34401A on RS-232: SYST:REM before other commands, else error 550 (remembered: docs/devices/scpi-meters.md).
+    rig = meter_rig("34401A")
+    line = StreamMessages(rig.stream)
+    meter = ScpiMeter("dmm", meter_settings("34401A"), line, rig.clock, needs_remote=True)
+    rig.unit.is_local = True
+    meter.prepare()
+    assert meter.read("dmm.x", 1, rig.wait).samples == pytest.approx(1.0)
+    rig.unit.is_local = True
+    with pytest.raises(DeviceSilent):
+        meter.read("dmm.x", 1, rig.wait)
+    assert meter.read("dmm.x", 1, rig.wait).samples == pytest.approx(1.0)
 
 
 def test_only_what_a_model_offers_is_accepted() -> None:
