@@ -3,7 +3,7 @@
 Other hands may set AC volts (0 of a steady input), ohms of two wires, the mathematics NULL and SCALE, RATIO, the
 switch of its inputs (``is_front``; the volts are the same at both), and events that never come here (EXT, LEVEL,
 LINE). What is not modelled says so by an error of the meter: other functions and mathematics, binary formats, reading
-memory. Readings that nobody fetches wait without limit.
+memory. Readings that nobody fetches wait without limit, which no source says (docs/devices/hp3458a.md).
 
 Source: 3458A user's guide (reset state, events, EOI, mathematics, error and status registers). Overhead of a reading,
 the answers' number shapes and the currents of ohms are assumptions.
