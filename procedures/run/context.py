@@ -1,5 +1,6 @@
 """What every part of a running engine works with: plan, rig, log, waits, watch; and how a run is held."""
 
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import inf
@@ -11,7 +12,7 @@ from procedures.journal.sidecar.live import LiveFile
 from procedures.plan.plan import Plan
 from procedures.records.states import State
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import PROCESS, Ending, RunEnds
+from procedures.run.ending import PROCESS, Ending, RunEnds, decision, defect_of, ending_of
 from procedures.run.judgement.alarm import Alarm
 from procedures.run.progress_log import ProgressLog
 from procedures.run.services import RunServices
@@ -59,9 +60,23 @@ class RunContext:
     """Judged by this process."""
     first_figures: dict[str, float] = field(default_factory=dict)
     """Of the process, at its first look at itself."""
+    before: BaseException | None = field(default_factory=sys.exception)
+    """What whoever began the run was handling: no error of the run."""
 
     def __post_init__(self) -> None:
         self.began_s = self.rig.clock.monotonic_s()
+
+    def ending_of(self, error: BaseException) -> Ending:
+        """Return how the run ends by an error."""
+        return ending_of(error, self.before, self.wait, self.progress_log.folder)
+
+    def defect_of(self, error: BaseException) -> BaseException | None:
+        """Return the error that calrig did not foresee, or None."""
+        return defect_of(error, self.before)
+
+    def is_decided(self, error: BaseException) -> bool:
+        """Return whether the run was ending when this failed: then nothing is tried again."""
+        return decision(error, self.before) is not None
 
     def count_dwell(self) -> None:
         """Count a dwell; after every hundred the process looks at itself.

@@ -1,14 +1,33 @@
-"""How a run ends, and what leads to each end."""
+"""How a run ends, and what leads to each end.
+
+A device that is left quiet on the way out of an error may fail itself, and Python hands on that second error. So the
+rule for all of them: the first error that decided how the run ends is told, with its person, reason and cause; what
+failed behind it is told behind it. Whether axes stand is told by the last stop of the run, not by one before. A fault
+that a device reported on the way out trips the run whoever ended it: a person has to look.
+"""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
+from typing import Protocol
 
-from procedures.errors import ExitStatus
-from procedures.journal.sidecar.last_words import MOVED, REPLACED, TAKES_NOTHING
-from procedures.records.states import EXIT_STATUS, State
-from rig.errors import RigError
+from procedures.errors import ExitStatus, ProcedureError, StorageFailed
+from procedures.journal.sidecar.last_words import MOVED, REPLACED, TAKES_NOTHING, refusal
+from procedures.records.states import EXIT_STATUS, State, state_sentence
+from procedures.run.judgement.alarm import CHAMBER, TrustLost
+from rig.defects import defect_text
+from rig.errors import (
+    ChamberFault,
+    DeviceFault,
+    DeviceRefused,
+    FileContradicted,
+    GuardLost,
+    MotionBreach,
+    RequestRefused,
+    RigError,
+    WaitEnded,
+)
 from rig.local_time import at_both
 from rig.motion.move import NotSeenAtRest
 
@@ -30,6 +49,27 @@ class Ending:
     by: str = ""
     cause: str = ""
     """A word that resume understands, such as ``seam``; empty otherwise."""
+    met: tuple[BaseException, ...] = ()
+    """What failed behind that, on the way out, the first one first."""
+
+    @property
+    def fault_met(self) -> str:
+        """The cause where a device reported a fault on the way out; empty where none did."""
+        faults = [
+            error for error in self.met if isinstance(error, DeviceFault) and not isinstance(error, NotSeenAtRest)
+        ]
+        return _cause_of(faults[0]) if faults else ""
+
+    def met_in_words(self, *, last_stop_failed: bool) -> list[str]:
+        """Return what failed on the way out, a sentence each; ``last_stop_failed``: the last stop failed as well."""
+        sentences: list[str] = []
+        for error in reversed(self.met):
+            if last_stop_failed and isinstance(error, NotSeenAtRest):
+                continue
+            stop = f"a stop on the way out failed: {error.faults}" if isinstance(error, NotSeenAtRest) else ""
+            if not any((stop or str(error)) in later for later in (self.reason, *sentences)):
+                sentences.insert(0, stop or str(error))
+        return sentences
 
     def requested(self, now_utc: datetime) -> list[str]:
         """Return the reason, where somebody asked with what and when: of a run whose axes are not known to rest."""
@@ -37,15 +77,6 @@ class Ending:
             return [self.reason] if self.reason else []
         said = f": {self.reason}" if self.reason else ""
         return [f"the run was {self.state} {at_both(now_utc, to_the_second=True)}{said}"]
-
-
-def reason_of(error: Exception) -> str:
-    """Return why a run ends by an error. Whether axes stand is told by its last stop, not by one that failed before.
-
-    Such a stop, on the way out of a lost line, hides why it was sent.
-    """
-    before = error.__context__
-    return str(before if isinstance(error, NotSeenAtRest) and isinstance(before, RigError) else error)
 
 
 class RunEnds(Exception):
@@ -80,3 +111,102 @@ class Outcome:
     def exit_status(self) -> ExitStatus:
         """A run that the disk or its own process stopped has failed, though it can be resumed: nobody asked for it."""
         return ExitStatus.FAILED if self.cause in (*TAKES_NOTHING, PROCESS) else EXIT_STATUS[self.state]
+
+
+class AsksForEnds(Protocol):
+    """Who hears what people and the system ask of a run: :class:`procedures.run.steering.Steering`."""
+
+    @property
+    def at_once(self) -> Ending | None: ...
+
+
+_DECIDES = (RunEnds, WaitEnded, StorageFailed, MotionBreach, GuardLost, KeyboardInterrupt)
+"""Errors that end a run whatever fails behind them."""
+_FORESEEN = (RunEnds, RigError, ProcedureError, KeyboardInterrupt)
+"""Every other one is a defect."""
+
+
+def decision(error: BaseException | None, before: BaseException | None) -> BaseException | None:
+    """Return the first error on the way to this one that decided how the run ends, or None.
+
+    ``before``: what whoever began the run was handling then. What lies before a loss of trust was answered by the epoch
+    behind it, and a decision that was raised from an error speaks for it.
+    """
+    decided = None
+    while error is not None and error is not before and not isinstance(error, TrustLost):
+        if isinstance(error, _DECIDES):
+            decided = error
+            if isinstance(error, RunEnds) and error.__cause__ is not None:
+                break
+        error = error.__context__
+    return decided
+
+
+def defect_of(error: BaseException, before: BaseException | None) -> BaseException | None:
+    """Return the error that calrig did not foresee, also behind a stop that failed on its way out; None where none."""
+    why = _hidden(error, before) or error
+    return None if isinstance(why, _FORESEEN) else why
+
+
+def ending_of(error: BaseException, before: BaseException | None, steering: AsksForEnds, run_dir: Path) -> Ending:
+    """Return how a run ends by an error."""
+    decided = decision(error, before)
+    ending = _ending_by(decided or error, steering, run_dir)
+    if decided is error:
+        return ending
+    if decided is None:
+        hidden = _hidden(error, before)
+        return ending if hidden is None else replace(ending, reason=str(hidden))
+    if not isinstance(error, _FORESEEN):
+        return Ending(State.FAILED, f"{_ending_by(error, steering, run_dir).reason}; {_to_be(ending)}")
+    return replace(ending, met=tuple(_met(error, decided)))
+
+
+def _hidden(error: BaseException, before: BaseException | None) -> BaseException | None:
+    """Return on the way out of what a stop was sent that failed."""
+    hidden = error.__context__ if isinstance(error, NotSeenAtRest) else None
+    return None if hidden is before or isinstance(hidden, TrustLost) else hidden
+
+
+def _met(last: BaseException, decided: BaseException) -> list[BaseException]:
+    """Return what of calrig's own failed behind a decision, the first one first."""
+    met: list[BaseException] = []
+    error: BaseException | None = last
+    while error is not None and error is not decided:
+        if isinstance(error, _FORESEEN):
+            met.insert(0, error)
+        error = error.__context__
+    return met
+
+
+def _ending_by(error: BaseException, steering: AsksForEnds, run_dir: Path) -> Ending:
+    match error:
+        case RunEnds():
+            return error.ending
+        case WaitEnded():  # where nobody asked here, the stop guard heard it first
+            return steering.at_once or Ending(State.ABORTED, error.what, error.by)
+        case StorageFailed():
+            sentence, cause = refusal(run_dir, error)
+            unwritten = f"; {_to_be(steering.at_once)}" if steering.at_once is not None else ""
+            return Ending(State.STOPPED, f"{sentence}{unwritten}", cause=cause)
+        case DeviceFault() | DeviceRefused() | RequestRefused():
+            return Ending(State.TRIPPED, str(error), cause=_cause_of(error))
+        case RigError() | ProcedureError():
+            return Ending(State.FAILED, str(error))
+        case KeyboardInterrupt():
+            return Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
+        case _:
+            return Ending(State.FAILED, defect_text(error))
+
+
+def _cause_of(error: RigError) -> str:
+    if isinstance(error, MotionBreach | GuardLost):
+        return "supervision"
+    if isinstance(error, FileContradicted):
+        return "rig file"
+    return CHAMBER if isinstance(error, ChamberFault) else "device"
+
+
+def _to_be(ending: Ending) -> str:
+    """Say how a run would have ended, and by whom, where something else decided in the end."""
+    return f"it was to be {ending.state}: {state_sentence(ending.reason, ending.by)}"

@@ -15,7 +15,7 @@ from contextlib import closing, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 
-from procedures.errors import JournalError, ProcedureError, StorageFailed
+from procedures.errors import JournalError, StorageFailed
 from procedures.journal.audit.known_devices import KnownDevices
 from procedures.journal.emergency import EmergencyCopy
 from procedures.journal.header import calrig_version
@@ -35,7 +35,7 @@ from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import Ending, Outcome, RunEnds, reason_of
+from procedures.run.ending import Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import LINK, LOST, RECONNECT, TrustLost, lost_link
 from procedures.run.judgement.history import History, read_history
@@ -48,24 +48,13 @@ from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import explain
 from procedures.run.watch.clock_watch import GapWatch
 from procedures.run.watch.device_watch import DeviceWatch, TakesOver
-from procedures.run.watch.safe_state import CHAMBER, known_rest_deg, make_safe
+from procedures.run.watch.safe_state import known_rest_deg, make_safe
 from procedures.run.watch.silent_devices import silence_words
 from procedures.run.watch.watch import Watch
 from procedures.run.watch.watchdogs import Watchdogs
 from rig.clock import Clock, SystemClock, VirtualClock
 from rig.crash_points import CrashPoint, crash_point
-from rig.defects import defect_text
-from rig.errors import (
-    ChamberFault,
-    DeviceFault,
-    DeviceRefused,
-    FileContradicted,
-    GuardLost,
-    MotionBreach,
-    RequestRefused,
-    RigError,
-    WaitEnded,
-)
+from rig.errors import RequestRefused, RigError, WaitEnded
 from rig.motion.last_resort import BY_GUARD, stop_by_guard
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 60.0
@@ -191,30 +180,12 @@ class _Engine:
         try:
             self._work()
             ending = Ending(State.FINISHED)
-        except RunEnds as ends:
-            ending = ends.ending
-        except WaitEnded as ended:
-            ending = self._wait.ending()
-            if self._wait.abort is None and self._wait.terminated is None:  # the stop guard heard it first
-                ending = Ending(State.ABORTED, ended.what, ended.by)
-        except StorageFailed as error:
-            sentence, cause = refusal(self._progress_log.folder, error)
-            ending = Ending(State.STOPPED, sentence, cause=cause)
-        except (MotionBreach, GuardLost) as error:
-            ending = Ending(State.TRIPPED, str(error), cause="supervision")
-        except FileContradicted as error:
-            ending = Ending(State.TRIPPED, str(error), cause="rig file")
-        except (DeviceFault, DeviceRefused, RequestRefused) as error:
-            ending = Ending(
-                State.TRIPPED, reason_of(error), "", CHAMBER if isinstance(error, ChamberFault) else "device"
-            )
-        except (RigError, ProcedureError) as error:
-            ending = Ending(State.FAILED, str(error))
-        except KeyboardInterrupt:
-            ending = Ending(State.ABORTED, "interrupted from the keyboard", "Ctrl-C")
-        except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal, then on its way
-            guard_heard = stop_by_guard(self._rig.axes)  # first: out of memory, our own stops may not be sent
-            defect, ending = error, Ending(State.FAILED, defect_text(error) + (BY_GUARD if guard_heard else ""))
+        except BaseException as error:  # noqa: BLE001  the rim: to the safe state and the journal; a defect goes on its way
+            defect = self._context.defect_of(error)
+            # First: out of memory, our own stops may not be sent.
+            guard_heard = defect is not None and stop_by_guard(self._rig.axes)
+            ending = self._context.ending_of(defect or error)
+            ending = replace(ending, reason=ending.reason + (BY_GUARD if guard_heard else ""))
         outcome = self._end(ending, defect)
         if defect is not None:
             raise defect
@@ -230,12 +201,11 @@ class _Engine:
         safe = make_safe(self._rig, self._context.plan, is_open=self._is_open)
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
-        if safe.cause:
-            state, cause = _without_safety(state), cause or safe.cause
-            requested = ending.requested(self._rig.clock.now_utc())
-            reasons = [*requested, *safe.reasons]
-        elif safe.reopened:
-            reasons.append(safe.reopened)
+        if needs_a_look := ending.fault_met or safe.cause:
+            state, cause = _without_safety(state), cause or needs_a_look
+            reasons = ending.requested(self._rig.clock.now_utc())
+        reasons += ending.met_in_words(last_stop_failed=bool(safe.failures))
+        reasons += safe.reasons
         is_left_as_it_was = self._progress_log.state in RESUMABLE
         if not is_left_as_it_was or cause in TAKES_NOTHING:
             self._announce(state, "; ".join(reasons), ending.by, cause, safe.in_words)
@@ -290,10 +260,12 @@ class _Engine:
             try:
                 try:
                     Epoch(self._context, self._history, devices).run()
-                except LOST as error:
-                    alarm = lost_link(error)
-                    raise TrustLost(alarm.cause, alarm.reason) from error
-                except RequestRefused as error:
+                except (*LOST, RequestRefused) as error:
+                    if self._context.is_decided(error):
+                        raise
+                    if isinstance(error, LOST):
+                        alarm = lost_link(error)
+                        raise TrustLost(alarm.cause, alarm.reason) from error
                     # A device that lost its home refuses every move, and to home it mends that; the answer of one that
                     # has its home, or says why it does not move, is changed by no repetition.
                     if self._has_home():
@@ -376,6 +348,8 @@ class _Engine:
                 require_standstill(self._rig, self._progress_log)
                 self._rig.identities()
             except RigError as error:
+                if isinstance(error, WaitEnded):  # the stop guard heard it
+                    raise
                 if str(error) != last_error:
                     self._progress_log.event("reconnect", {"failed": str(error)})
                 last_error, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)

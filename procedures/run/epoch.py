@@ -280,6 +280,8 @@ class Epoch:
                     self._rig, self._suspects.plan, dwell, announcement, self._wait, self._context.stand, readings
                 )
             except (DeviceNonsense, DeviceSilent, DeviceRefused) as error:
+                if self._context.is_decided(error):
+                    raise
                 detail = {"step": dwell.step, "attempt": announcement.attempt, "void": void, "reason": str(error)}
                 self._progress_log.event("void", detail)
                 self._progress_log.tell("void", str(error))

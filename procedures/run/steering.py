@@ -20,13 +20,12 @@ from procedures.records.states import State
 from procedures.run.ending import Ending
 from rig.clock import Clock
 from rig.errors import WaitEnded
-from rig.system_parts import present
+from rig.system_parts import ENDS, present
 
 _REST_S = 0.05
 HANG_UP = present("SIGHUP")
 _TERMINATES = present("SIGTERM", "SIGBREAK")
 """SIGBREAK is how Windows asks: Ctrl-Break, and a console that is closed."""
-_SIGNALS = (signal.SIGINT, *present("SIGQUIT"), *_TERMINATES, *HANG_UP)
 JOB_CONTROL = present("SIGTSTP", "SIGTTIN", "SIGTTOU")
 _SENDER_OF = {
     "SIGINT": "Ctrl-C",
@@ -105,11 +104,14 @@ class Steering:
         if self.terminated is not None:
             raise WaitEnded("stop at once", self.terminated.by)
 
-    def ending(self) -> Ending:
-        """Return how a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
-        if self.abort is None and self.terminated is not None:
+    @property
+    def at_once(self) -> Ending | None:
+        """How a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
+        if self.abort is not None:
+            return Ending(State.ABORTED, self.abort.text, self.abort.by)
+        if self.terminated is not None:
             return Ending(State.STOPPED, self.terminated.text, self.terminated.by)
-        return Ending(State.ABORTED, self.abort.text if self.abort else "", self.abort.by if self.abort else "")
+        return None
 
     @property
     def _slice_s(self) -> float:
@@ -134,19 +136,23 @@ class Steering:
 
     def _take(self, taken: Taken) -> None:
         taken = self._judged(taken)
-        self._record(taken)
-        if taken.complaint:
-            return
-        match taken.request:
+        try:
+            self._record(taken)
+        finally:  # a disk that refuses it ends the run, and who asked for what is told all the same
+            if not taken.complaint:
+                self._heed(taken.request)
+
+    def _heed(self, request: Request | None) -> None:
+        match request:
             case Request(kind="pause"):
-                self.pause = taken.request
+                self.pause = request
             case Request(kind="continue"):
                 self.pause = None
-                self.continued = taken.request
+                self.continued = request
             case Request(kind="stop"):
-                self.stop = taken.request
+                self.stop = request
             case Request(kind="abort"):
-                self.abort = taken.request
+                self.abort = request
 
     def _judged(self, taken: Taken) -> Taken:
         """Return it with what speaks against it: asked in view of another state, or taken already."""
@@ -168,9 +174,9 @@ class Steering:
         is_stop = number in _TERMINATES or (number is signal.SIGINT and self._interrupts == 1)
         at_utc = self._idle_clock.now_utc().isoformat()
         request = Request("stop" if is_stop else "abort", f"signal {number.name}", at_utc, _SENDER_OF[number.name])
-        self._take(Taken("", request))
         if number in _TERMINATES:
             self.terminated = request
+        self._take(Taken("", request))
 
 
 def _is_newer(request: Request, since: datetime | None) -> bool:
@@ -186,7 +192,7 @@ def signals_steer(steering: Steering) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    heeded = [number for number in _SIGNALS if signal.getsignal(number) is not signal.SIG_IGN]
+    heeded = [number for number in ENDS if signal.getsignal(number) is not signal.SIG_IGN]
     outer_hang_up = {number: signal.getsignal(number) for number in HANG_UP}
 
     def on_hang_up(number: int, frame: FrameType | None) -> None:

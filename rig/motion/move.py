@@ -62,7 +62,11 @@ class Stalled(DeviceFault):
 
 
 class NotSeenAtRest(DeviceFault):
-    """Not every axis is known to stand still after it was told to stop."""
+    """Not every axis is known to stand still after it was told to stop; ``faults``: what failed, by axis."""
+
+    def __init__(self, message: str, faults: str = "") -> None:
+        super().__init__(message)
+        self.faults = faults
 
 
 class Missed(DeviceFault):
@@ -249,8 +253,8 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
             failed.setdefault(what_failed[name], []).append(name)
         faults = "; ".join(f"{' and '.join(names)}: {failure}" for failure, names in failed.items())
         what = "not every axis is known to stand still" if failures else "not every axis obeyed it"
-        kind = NotSeenAtRest if failures else DeviceFault
-        raise kind(f"stop: {what}: {faults}{by_guard}; use the stop button at the machine")
+        sentence = f"stop: {what}: {faults}{by_guard}; use the stop button at the machine"
+        raise NotSeenAtRest(sentence, faults) if failures else DeviceFault(sentence)
 
 
 def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str], ran_on: dict[str, str]) -> None:

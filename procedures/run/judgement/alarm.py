@@ -9,6 +9,8 @@ Response = Literal["hold", "ask", "trip", "restart"]
 """``hold``: wait until it has cleared itself. ``ask``: wait for a person's ``continue``. ``trip``: end the process, a
 person has to look. ``restart``: trust in positions or lines is lost, so begin anew: home, check set, its judgement."""
 
+CHAMBER = "chamber"
+"""The cause where a chamber refused."""
 LINK = "link"
 RECONNECT = frozenset({LINK, "suspend"})
 """Causes after which every line is opened anew before anything else."""

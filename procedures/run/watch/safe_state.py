@@ -14,15 +14,16 @@ from procedures.plan.plan import Plan
 from procedures.plan.steps import Soak
 from procedures.records.axes_at_rest import axes_in_words
 from procedures.run.dwell.measure import OpenRig
+from procedures.run.judgement.alarm import CHAMBER
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
 from rig.motion.out_of_reach import open_in_time, out_of_reach, unknown_behind
 from rig.threads import at_once
 
-NOT_SEEN, IN_DOUBT, CHAMBER = "standstill", "order in doubt", "chamber"
-"""The causes of an ending after which not every axis is known to stand still, of one after which an order that no
-machine answered may still move an axis, and of one whose chamber refused.
+NOT_SEEN, IN_DOUBT = "standstill", "order in doubt"
+"""The causes of an ending after which not every axis is known to stand still, and of one after which an order that no
+machine answered may still move an axis.
 """
 LIMIT_S = 30.0
 """For everything but the axes, which have their own deadline."""

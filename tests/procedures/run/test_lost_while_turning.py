@@ -7,6 +7,9 @@ import pytest
 from motion_runs import motion_run
 from unattended_run import events
 
+from procedures.errors import ExitStatus
+from procedures.journal.requests.spool import Request, Spool
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from procedures.run.begin import begin
 from rig.assembly.open_rig import open_rig
@@ -107,3 +110,64 @@ def test_a_run_is_not_told_to_stand_where_another_device_answers_its_stop(
     (safe,) = [event for event in events(run_dir) if event.kind == "safe"]
     assert "reopened" not in safe.detail
     assert set(safe.detail["unknown"]) == {"pitch", "yaw", "roll"}
+
+
+class _CutAtStop(_CutInTurn):
+    """The line breaks as the stop is to go over it that an abort asks for in the midst of a turn."""
+
+    def __init__(self, stream: ByteStream, abort: Callable[[], None]) -> None:
+        super().__init__(stream)
+        self._abort, self._is_asked = abort, False
+
+    def write(self, data: bytes) -> None:
+        if b"move vel" in data and self._left < 0:
+            self._left = LOOKS
+        self._left -= self._left > 1
+        if self._left == 1 and not self._is_asked:
+            self._is_asked = True
+            self._abort()
+        if self._is_asked and b"stop" in data:
+            self._left = 0
+        self._require()
+        self._stream.write(data)
+
+
+@pytest.mark.parametrize("comes_back", [True, False])
+def test_an_abort_whose_stop_meets_a_lost_line_is_told_as_hers_and_with_the_line(
+    tmp_path: Path, *, comes_back: bool
+) -> None:
+    small, openings = motion_run(tmp_path, "rate-table", "rates", ONE_AXIS), [0]
+    run_dir = tmp_path / "run"
+    run_dir.mkdir()
+
+    def abort() -> None:
+        Spool(run_dir).submit(Request("abort", "anna", "2026-03-01T12:00:00+00:00", "smoke"))
+
+    def source(key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
+        if key != "axes.pitch":
+            return open_line()
+        openings[0] += 1
+        if openings[0] > 1 and not (comes_back and openings[0] > 1 + REFUSALS):
+            raise LinkLost(LOST)
+        return _CutAtStop(open_line(), abort) if openings[0] == 1 else open_line()
+
+    with open_rig(small.rig, line_source=source) as rig:
+        outcome = begin(run_dir, small.header(run_dir), small.plan, rig)
+    last = events(run_dir)[-1]
+    assert last.detail["by"] == "anna"
+    assert "smoke" in outcome.reason
+    assert "asked for by anna" in outcome.reason
+    assert LOST in outcome.reason
+    assert status(run_dir).state is outcome.state
+    if comes_back:
+        assert (outcome.state, outcome.exit_status) == (State.ABORTED, ExitStatus.ABORTED)
+        assert outcome.reason.startswith(
+            f"smoke; a stop on the way out failed: roll: {LOST}; roll turned when its line"
+        )
+        assert "use the stop button" not in outcome.reason
+        assert set(outcome.positions_deg) == {"pitch", "yaw", "roll"}
+    else:
+        assert (outcome.state, outcome.exit_status) == (State.TRIPPED, ExitStatus.HELD)
+        assert outcome.reason.startswith("the run was aborted 20")
+        assert "not every axis is known to stand still" in outcome.reason
+        assert outcome.positions_deg == {}

@@ -139,7 +139,8 @@ def test_a_termination_is_a_stop_that_does_not_wait_for_the_dwell(tmp_path: Path
         os.kill(os.getpid(), signal.SIGTERM)
         with pytest.raises(WaitEnded, match="SIGTERM"):
             steering(0.0)
-    assert (steering.ending().state, steering.ending().by) == (State.STOPPED, "signal SIGTERM")
+    assert steering.at_once is not None
+    assert (steering.at_once.state, steering.at_once.by) == (State.STOPPED, "signal SIGTERM")
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
 
@@ -150,7 +151,8 @@ def test_a_quit_is_an_abort(tmp_path: Path) -> None:
         os.kill(os.getpid(), signal.SIGQUIT)
         with pytest.raises(WaitEnded, match="SIGQUIT"):
             steering(0.0)
-    assert steering.ending().state is State.ABORTED
+    assert steering.at_once is not None
+    assert steering.at_once.state is State.ABORTED
 
 
 def test_a_closed_terminal_ends_nothing_and_is_told_once(tmp_path: Path) -> None:
