@@ -46,9 +46,13 @@ class Outbox:
             self._untaken.put(piece)
 
     def deliver_here(self) -> None:
-        """Deliver what nobody took, in this thread, within the deadline of one message and that of the last."""
+        """Deliver what nobody took, in this thread, within the deadline of one message and that of the last.
+
+        The newest first: it says where the run stands, and an old one may hang until its deadline. Heartbeats last.
+        """
         until_s = self._clock.monotonic_s() + self._deadline_s
-        for what, piece in list(self._under_way):
+        newest_first = self._under_way[::-1]
+        for what, piece in sorted(newest_first, key=lambda under_way: under_way[0] == HEARTBEAT):
             if not piece.claim():
                 continue
             if self._clock.monotonic_s() < until_s:

@@ -11,6 +11,7 @@ from journals import a_clock
 
 from procedures.alerts.channels import Message, NotDelivered, by_command
 from procedures.alerts.dispatcher import AlertDispatcher
+from procedures.alerts.outbox import HEARTBEAT, Outbox
 from procedures.alerts.settings import AlertSettings
 from procedures.records.progress import Progress, SilentObserver
 from procedures.records.states import State
@@ -69,9 +70,32 @@ def test_what_no_thread_takes_is_delivered_within_the_deadline_and_the_rest_is_s
     for word in ("one", "two"):
         dispatcher.tell_end(word, "")
     first, second = dispatcher.close()
-    assert first == {"what": "calrig: night: one", "failed": ""}
-    assert second["what"] == "calrig: night: two"
+    assert first == {"what": "calrig: night: two", "failed": ""}, "the newest: it says where the run stands"
+    assert second["what"] == "calrig: night: one"
     assert "no thread could be begun for it" in str(second["failed"])
+
+
+def test_a_heartbeat_that_hangs_takes_no_message_its_time(clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is the newest, since it is sent at every look."""
+    monkeypatch.setattr("rig.threads.start_new_thread", _no_thread)
+    delivered: list[str] = []
+    outbox = Outbox(clock, 30.0, ())
+    outbox.send("tripped", lambda: delivered.append("tripped"))
+    outbox.send(HEARTBEAT, lambda: clock.sleep(31.0))
+    outbox.deliver_here()
+    assert delivered == ["tripped"]
+
+
+def test_an_old_message_that_hangs_does_not_keep_back_the_trip(
+    clock: VirtualClock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rig.threads.start_new_thread", _no_thread)
+    delivered_s: dict[str, float] = {}
+    outbox, begun_s = Outbox(clock, 30.0, ()), clock.monotonic_s()
+    outbox.send("a finding", lambda: clock.sleep(31.0))
+    outbox.send("tripped", lambda: delivered_s.update(tripped=clock.monotonic_s() - begun_s))
+    outbox.deliver_here()
+    assert delivered_s["tripped"] < 1.0
 
 
 @pytest.mark.parametrize(("refusals", "failure"), [(1, ""), (1000, "Resource temporarily unavailable")])
