@@ -5,7 +5,7 @@ behind it stopped then; where that cannot be, or another device answers there, i
 to do.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from procedures.errors import ExitStatus
 from rig.assembly.open_rig import Rig
@@ -63,13 +63,13 @@ def stopped_in_reach(rig: Rig) -> StopOutcome:
     outcome = stopped(rig)
     if outcome.failure and (lost := out_of_reach(rig)):
         unopened = open_in_time(rig)
-        again = stopped(rig)
-        strangers = {} if unopened else rig.stranger_axes()
-        if not (again.failure or strangers):
-            return StopOutcome(in_doubt=again.in_doubt, reopened=f"{lost}; the line is open again, and ")
-        outcome = StopOutcome(f"{again.failure}; its line cannot be opened: {unopened}") if unopened else again
-        if strangers:
+        outcome = stopped(rig)
+        if outcome.failure and unopened:
+            outcome = StopOutcome(f"{outcome.failure}; its line cannot be opened: {unopened}")
+        elif not unopened and (strangers := rig.stranger_axes()):
             outcome = StopOutcome(unknown_behind(strangers))
+        elif not outcome.failure:
+            outcome = replace(outcome, reopened=f"{lost}; the line is open again, and ")
     if not outcome.failure:
         return outcome
     return StopOutcome(f"{outcome.failure}; {'; '.join(rig.motion.in_words(rig.axes))}; go and look")
