@@ -19,6 +19,10 @@ Array = NDArray[Any]
 """float64, or complex128 under a complex step."""
 
 AXES = ("x", "y", "z")
+ANGLES = ("pitch", "yaw", "roll")
+"""From the outermost axis of a table in: the order of the columns of ``euler_rate_rad_s``."""
+LEVEL_ANGLES = ("pitch", "roll")
+"""What gravity alone tells of a package."""
 
 
 @dataclass(frozen=True)

@@ -17,13 +17,12 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.calibration_result import VarianceComponent
-from ams.frames import Attitude
+from ams.frames import LEVEL_ANGLES, Attitude
 from ams.models.model import Model
 from ams.statistics.intervals import reading_halfwidth
 
 READING: Final = "reading at use"
 ADDED: Final = "extension"
-ANGLES: Final = ("pitch", "roll")
 _PITCHES: Final = 9
 """Over the range of use, at the middles of equal steps."""
 _ROLLS: Final = 16
@@ -112,7 +111,7 @@ def inferred(axes: Sequence[KnownAxis], attitude: Attitude) -> InferredAngles | 
         [estimator[:, :, index, None] * column[:, None, :] for index, column in enumerate(columns)], axis=2
     )
     read = np.einsum("nta,a->nt", estimator**2, reading**2)
-    return InferredAngles(tuple(ANGLES[index] for index in resolved), estimator, directions, read, counted)
+    return InferredAngles(tuple(LEVEL_ANGLES[index] for index in resolved), estimator, directions, read, counted)
 
 
 def angle_uncertainties(
@@ -142,7 +141,7 @@ def _follows_roll(axis: KnownAxis) -> bool:
 def _slopes(axis: KnownAxis, attitude: Attitude) -> FloatArray:
     """Return the (n, 2) slopes of an output by pitch and roll, volts per radian."""
     found = axis.model.angle_jacobian(axis.primary, attitude)
-    return np.stack([found.get(name, np.zeros_like(attitude.pitch_rad)) for name in ANGLES], axis=-1)
+    return np.stack([found.get(name, np.zeros_like(attitude.pitch_rad)) for name in LEVEL_ANGLES], axis=-1)
 
 
 def _estimator(slopes: FloatArray, weights: FloatArray) -> tuple[BoolArray, FloatArray]:

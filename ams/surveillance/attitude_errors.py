@@ -24,14 +24,14 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.attitude.spread import output_errors
 from ams.errors import OutsideValidity
-from ams.frames import specific_force
+from ams.frames import LEVEL_ANGLES, specific_force
 from ams.inference.package.calibrated import package_of_set, sensor_of_set
 from ams.inputs.request import select_rows
 from ams.models.registry import is_solved_from_levels
 from ams.observations import Observations
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.sensed_quantity import FIELDS
-from ams.surveillance.inferred_attitude import ANGLES, InferredAngle, Readings, inferred_angles
+from ams.surveillance.inferred_attitude import InferredAngle, Readings, inferred_angles
 from ams.surveillance.reference_attitude import ReferenceAttitude
 
 COEFFICIENTS: Final = "coefficients"
@@ -105,7 +105,7 @@ def errors_of(
 
 def angles_of(applied: CoefficientSet) -> tuple[str, ...]:
     """Return the angles that a package with the axes of a set tells: of one axis pitch alone."""
-    return ANGLES[:1] if len(applied.axes) == 1 else ANGLES
+    return LEVEL_ANGLES[:1] if len(applied.axes) == 1 else LEVEL_ANGLES
 
 
 def angles_judged(model: str, axes: int) -> tuple[str, ...]:
@@ -116,7 +116,7 @@ def angles_judged(model: str, axes: int) -> tuple[str, ...]:
     form = FIELDS.get(model)
     if form is None or form.convention != _OF_PITCH_AND_ROLL or form.output is not None or is_solved_from_levels(model):
         return ()
-    return ANGLES[:1] if axes == 1 else ANGLES
+    return LEVEL_ANGLES[:1] if axes == 1 else LEVEL_ANGLES
 
 
 def _check_alike(applied: CoefficientSet, measured_by: CoefficientSet, observations: Observations) -> None:

@@ -25,7 +25,6 @@ from ams.inference.package.calibrated import CalibratedSensor
 
 LARGEST_AMPLIFICATION: Final = 10.0
 """Points where an angle's error would be more than so many times that of an output at full slope are left out."""
-ANGLES: Final = ("pitch", "roll")
 _CLEAR_SD: Final = 10.0
 """The two attitudes of two axes are told apart where 1 − |p|² is so many of half its standard deviations."""
 _POSSIBLE_SD: Final = 3.0

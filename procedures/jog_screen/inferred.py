@@ -6,12 +6,11 @@ import numpy as np
 
 from ams.errors import AmsError
 from ams.exports.formats import load_set
+from ams.frames import ANGLES
 from ams.inference.inference import Inference, Package, inference
 from procedures.errors import RequestError
 from procedures.jog_screen.values import AttitudeView
 from rig.description.rig_file import RigDescription, Sensor
-
-ANGLES = ("pitch", "roll", "yaw")
 
 
 class InferredAttitude:

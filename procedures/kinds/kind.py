@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
+from ams.frames import ANGLES
 from procedures.description.procedure_file import CheckPlan, EnvironmentPlan, Order, ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.expected import ExpectedAxis
@@ -40,7 +41,7 @@ class PlanRequest:
     @property
     def axes(self) -> tuple[str, ...]:
         """The axes of the rig from outside in: the order in which they move."""
-        return tuple(name for name in ("pitch", "yaw", "roll") if name in self.rig.axes)
+        return tuple(name for name in ANGLES if name in self.rig.axes)
 
 
 @dataclass(frozen=True)

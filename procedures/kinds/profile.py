@@ -5,13 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ams.frames import body_rates_rad_s
+from ams.frames import ANGLES, body_rates_rad_s
 from ams.models.registry import models_of_name, names_of_rates, senses_rates
 from procedures.description.kind_tables import Profile
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
 from procedures.kinds.points import PointKind
-from procedures.plan.channels import AXES
 from procedures.plan.points import Point
 from procedures.plan.profiles import profile_deg, range_deg, top_rate_dps
 from procedures.plan.steps import Follow
@@ -49,8 +48,8 @@ class ProfileMotion(PointKind):
         motion = Follow(
             profile.shape,
             profile.duration_s,
-            {name: profile.span_deg[name] for name in AXES if name in profile.span_deg},
-            {name: profile.frequency_hz[name] for name in AXES if name in profile.frequency_hz},
+            {name: profile.span_deg[name] for name in ANGLES if name in profile.span_deg},
+            {name: profile.frequency_hz[name] for name in ANGLES if name in profile.frequency_hz},
             profile.update_s,
             profile.bin_s,
         )
@@ -91,7 +90,7 @@ def _refuse_profile(rig: RigDescription, procedure: ProcedureDescription, profil
         return
     edges = np.arange(round(profile.duration_s / profile.bin_s) + 1) * profile.bin_s
     indices = np.array(
-        [[profile_deg(motion, axis, at) if axis in motion.span_deg else 0.0 for at in edges] for axis in AXES]
+        [[profile_deg(motion, axis, at) if axis in motion.span_deg else 0.0 for at in edges] for axis in ANGLES]
     )
 
     euler = np.deg2rad((indices[:, 1:] + indices[:, :-1]) / 2.0).T

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from math import ceil, floor
 
+from ams.frames import ANGLES
 from ams.models.registry import names_by_option, names_of_rates, senses_rates, takes_levels
 from procedures.description.kind_tables import Rates
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Key, PlanRequest
 from procedures.kinds.points import PointKind
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.step_times import SWEEP_MARGIN
@@ -46,7 +46,7 @@ class ConstantRates(PointKind):
         rig, procedure, channels = request.rig, request.procedure, request.channels
         rates = procedure.table_of(Rates)
         assert rates is not None
-        missing = [name for name in AXES if name not in rates.by_axis]
+        missing = [name for name in ANGLES if name not in rates.by_axis]
         if senses_rates(procedure.solve.model) and missing:
             raise procedure.error(
                 ("rates",),

@@ -10,11 +10,11 @@ import numpy as np
 from ams.calibration.together.table_dwell_search import StoodPackage
 from ams.calibration.together.table_dwells import DwellsOfTable, judge_dwells
 from ams.errors import AmsError
+from ams.frames import ANGLES
 from ams.inputs.known_of_run import NOTHING_KNOWN, KnownOfRun, ProvedChange
 from ams.observations import Observations
 from procedures.errors import ProcedureError
 from procedures.kinds.registry import KINDS
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.records.dwells import DwellRecord
 from procedures.solution.observations import design_dwells, observations_of
@@ -96,7 +96,7 @@ def solve_sensors(
 
 def _dwells_of_table(solved: Mapping[str, SolvedSensor], plan: Plan, changes: Sequence[ProvedChange]) -> DwellsOfTable:
     """Return at which dwells the table stood off, by all packages that all of its axes turn."""
-    if not plan.is_at_rest or not set(plan.axes) <= set(AXES):
+    if not plan.is_at_rest or not set(plan.axes) <= set(ANGLES):
         return DwellsOfTable()
     packages = [
         StoodPackage(name, sensor.observations, sensor.calibration)

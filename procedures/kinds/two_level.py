@@ -7,11 +7,11 @@ from itertools import product
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.frames import ANGLES
 from procedures.description.kind_tables import Levels
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.kinds.kind import Forecast, Key, PlanRequest
 from procedures.kinds.points import PointKind
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.points import Point
 from procedures.plan.rotations import body_axis, to_stage
@@ -86,7 +86,7 @@ def _attitudes_along(
 ) -> list[dict[str, float]]:
     """Return two attitudes for every axis of every sensor: along the field and against it, each the least turned."""
     unit = direction / np.linalg.norm(direction)
-    reachable = [[angle for angle in (0.0, 90.0, -90.0, 180.0, -180.0) if _can_go(rig, name, angle)] for name in AXES]
+    reachable = [[angle for angle in (0.0, 90.0, -90.0, 180.0, -180.0) if _can_go(rig, name, angle)] for name in ANGLES]
     attitudes = sorted(product(*reachable), key=lambda angles: (sum(map(abs, angles)), angles))
     chosen: list[dict[str, float]] = []
     for serial, sensor in sensors.items():
@@ -101,7 +101,7 @@ def _attitudes_along(
                     f"{serial}.{axis} cannot be laid {'along' if sense > 0.0 else 'against'} the field by attitudes of "
                     "90° within the limits of the axes; turn the coil, or widen limits_deg",
                 )
-            attitude = {name: angle for name, angle in zip(AXES, found, strict=True) if name in rig.axes}
+            attitude = {name: angle for name, angle in zip(ANGLES, found, strict=True) if name in rig.axes}
             if attitude not in chosen:
                 chosen.append(attitude)
     return chosen

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 
 from rig.description.rig_file import RigDescription, Sensor
 
-AXES = ("pitch", "yaw", "roll")
-
 
 @dataclass(frozen=True)
 class TemperatureChannel:

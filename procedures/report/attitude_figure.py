@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.frames import ANGLES
 from procedures.report import canvas
 from procedures.report.canvas import Figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ANGLES = ("pitch", "yaw", "roll")
 ROW_IN, HEAD_IN = 1.9, 0.65
 CAPTION = (
     "Left: each angle along the rows, with two standard deviations about it; marks below: rows with a flag. "

@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.frames import body_rates_rad_s, euler_rates_rad_s
+from ams.frames import ANGLES, body_rates_rad_s, euler_rates_rad_s
 from ams.observations import Observations
 from procedures.errors import JournalError
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Follow
 from procedures.records.dwells import ANGLE, LOOKED, TAKEN, ChannelReading, DwellRecord
@@ -23,7 +22,7 @@ def profile_observations(item: SensorRows) -> Observations:
     """Return one row a bin of every dwell: mean rates between two looks, mean readings of the samples between."""
     rows, plan, channels, source = item.at_declared(), item.plan, item.channels, item.source
     parts = [_bins(row, plan, channels, source) for row in rows]
-    angles_rad = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in AXES}
+    angles_rad = {name: np.concatenate([part.angles_rad[name] for part in parts]) for name in ANGLES}
     found = Observations(
         replication=np.repeat([row.replication for row in rows], [part.count for part in parts]),
         point=np.concatenate([np.arange(1, part.count + 1) for part in parts]),
@@ -64,8 +63,8 @@ def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str
     first_s = next(iter(looked.values()))[0]
     bins = (first_s.size - 1) // every
     ticks_s = first_s[: bins * every + 1]
-    angles = np.stack([np.full(ticks_s.size, row.targets_deg.get(name, 0.0)) for name in AXES], axis=-1)
-    for index, name in enumerate(AXES):
+    angles = np.stack([np.full(ticks_s.size, row.targets_deg.get(name, 0.0)) for name in ANGLES], axis=-1)
+    for index, name in enumerate(ANGLES):
         if name in looked:
             angles[:, index] = np.interp(ticks_s, *looked[name])
     middles, rates = _mean_motion(np.deg2rad(angles), ticks_s, every)
@@ -73,7 +72,7 @@ def _bins(row: DwellRecord, plan: Plan, channels: Mapping[str, str], source: str
     return _Bins(
         count=bins,
         middle_s=(edges_s[1:] + edges_s[:-1]) / 2.0,
-        angles_rad=dict(zip(AXES, middles.T, strict=True)),
+        angles_rad=dict(zip(ANGLES, middles.T, strict=True)),
         rates_rad_s=rates,
         outputs={
             axis: _mean_between(

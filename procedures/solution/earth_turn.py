@@ -14,10 +14,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S, EarthRate
-from ams.frames import body_rates_rad_s, euler_rates_rad_s, from_level_axes
+from ams.frames import ANGLES, body_rates_rad_s, euler_rates_rad_s, from_level_axes
 from ams.inputs.shared_errors import SharedError
 from ams.observations import Observations
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
@@ -92,7 +91,7 @@ def mean_rotations(rows: tuple[DwellRecord, ...], plan: Plan, at: Mapping[str, F
     motions = {step.step: step.motion for step in plan.dwells}
     found = []
     for index, row in enumerate(rows):
-        angles = {name: np.full(_STEPS, at[name][index]) for name in AXES}
+        angles = {name: np.full(_STEPS, at[name][index]) for name in ANGLES}
         motion = motions.get(row.step)
         if isinstance(motion, Turn):
             low, high = (0.0, 360.0) if motion.sweep_deg is None else sorted(motion.sweep_deg)

@@ -6,6 +6,7 @@ from typing import Final
 
 from ams.calibration.packages import calibrate_packages
 from ams.findings import Said
+from ams.frames import ANGLES
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.observations_csv import unit_warnings
 from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
@@ -35,13 +36,7 @@ from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import SolvedSensor, budgets_of
 from procedures.solution.run_findings import with_run_findings
 from procedures.solution.temperature_of_use import at_use, warnings_of_use
-from procedures.solution.type_b import (
-    ANGLES,
-    direction_error,
-    gravity_on_gyros_remarks,
-    gravity_warnings,
-    shared_errors,
-)
+from procedures.solution.type_b import direction_error, gravity_on_gyros_remarks, gravity_warnings, shared_errors
 from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 

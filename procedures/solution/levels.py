@@ -14,13 +14,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
-from ams.frames import body_rates_rad_s
+from ams.frames import ANGLES, body_rates_rad_s
 from ams.inputs.shared_errors import SharedError
 from ams.inputs.table_uncertainty import TableUncertainty, index_columns
 from ams.models.linear import magnet_difference
 from ams.observations import Observations
 from procedures.description.kind_tables import Levels
-from procedures.plan.channels import AXES
 from procedures.plan.plan import Plan
 from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.records.dwells import DwellRecord
@@ -33,7 +32,7 @@ LEAST_ALONG = 0.5
 STEP_RAD = 1e-4
 """Of the differences that tell how a level changes with an attitude; smooth functions of size one, so 1e-8 is kept."""
 BASE_ABOUT_PITCH, BASE_ACROSS = "base about pitch", "base across"
-ANGLES = (*AXES, BASE_ABOUT_PITCH, BASE_ACROSS)
+TURNED = (*ANGLES, BASE_ABOUT_PITCH, BASE_ACROSS)
 """What may be turned by a little: the angles that the axes stand at, and the base."""
 OF_BASE = {"pitch": BASE_ABOUT_PITCH, "base-tilt": BASE_ACROSS}
 """Effect of a level's error to the base's turn."""
@@ -122,7 +121,7 @@ def _turned(observations: Observations, along: FloatArray) -> Turned:
     known = _angles_rad(observations)
 
     def component(row: int, by_rad: Mapping[str, float], vector: FloatArray) -> float:
-        pitch, yaw, roll = (known[name][row] + by_rad.get(name, 0.0) for name in AXES)
+        pitch, yaw, roll = (known[name][row] + by_rad.get(name, 0.0) for name in ANGLES)
         pitch += by_rad.get(BASE_ABOUT_PITCH, 0.0)
         tilt = by_rad.get(BASE_ACROSS, 0.0)
         leaned = np.array([[1.0, 0.0, 0.0], [0.0, np.cos(tilt), -np.sin(tilt)], [0.0, np.sin(tilt), np.cos(tilt)]])
@@ -139,7 +138,7 @@ def _level_of(item: SensorRows, observations: Observations, along: FloatArray, b
     def rate_dps(row: int, by_rad: Mapping[str, float]) -> float:
         if rates is None:
             return 0.0
-        angles = np.array([[known[name][row] + by_rad.get(name, 0.0) for name in AXES]])
+        angles = np.array([[known[name][row] + by_rad.get(name, 0.0) for name in ANGLES]])
         return float(np.rad2deg(body_rates_rad_s(angles, rates[row : row + 1])[0]) @ along)
 
     if item.sensor.measures == "rate":
@@ -207,7 +206,7 @@ def _changes(level_of: LevelOf, level: FloatArray) -> tuple[dict[str, FloatArray
     """Return the first and second derivatives of every row's level by the turn of each place."""
     rows = range(level.size)
     slope, curvature = {}, {}
-    for angle in ANGLES:
+    for angle in TURNED:
         ahead, behind = (np.array([level_of(row, {angle: sense * STEP_RAD}) for row in rows]) for sense in (1.0, -1.0))
         slope[angle] = (ahead - behind) / (2.0 * STEP_RAD)
         curvature[angle] = (ahead - 2.0 * level + behind) / STEP_RAD**2
@@ -222,8 +221,8 @@ def _of_attitudes(
 ) -> FloatArray:
     """Return one column an index, and one for what all of them do to the same side."""
     u_rad = table.standard_rad()
-    each = index_columns(table, _angles_rad(observations), {name: slope[name] for name in AXES})
-    together = np.sum([curvature[name] * u_rad[name] ** 2 / 2.0 for name in AXES], axis=0)
+    each = index_columns(table, _angles_rad(observations), {name: slope[name] for name in ANGLES})
+    together = np.sum([curvature[name] * u_rad[name] ** 2 / 2.0 for name in ANGLES], axis=0)
     return np.concatenate([each, together[:, None]], axis=1)
 
 

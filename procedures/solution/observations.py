@@ -10,9 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.frames import ANGLES
 from ams.observations import Observations
 from procedures.errors import JournalError
-from procedures.plan.channels import AXES, TemperatureChannel
+from procedures.plan.channels import TemperatureChannel
 from procedures.records.dwells import DwellRecord
 from rig.description.signal_chain import Chain
 
@@ -131,7 +132,7 @@ def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
     """Return (N, 3) rates of pitch, yaw and roll as measured; None where no dwell turned an axis."""
     if not any(row.motion is not None and row.motion.rates_dps for row in rows):
         return None
-    return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in AXES] for row in rows]))
+    return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in ANGLES] for row in rows]))
 
 
 def _means(

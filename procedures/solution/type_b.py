@@ -8,8 +8,9 @@ certificate does not say which. Source: GUM 4.3, F.2.4.5.
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import degrees, radians, sqrt
-from typing import Final, Literal
+from typing import Literal
 
+from ams.frames import ANGLES
 from ams.gravity import ANOMALY_MPS2, Gravity, disagreement, normal_gravity_mps2
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN, SharedError
@@ -25,8 +26,6 @@ from rig.description.index_table import IndexTable
 from rig.description.rig_file import RigDescription, Sensor, Standard
 
 Kind = Literal["limit", "standard", "expanded"]
-ANGLES: Final = ("pitch", "yaw", "roll")
-"""Axes of a table, in the order of the columns of ``euler_rate_rad_s``."""
 
 
 def divisor(standard: Standard | None) -> float:

@@ -15,10 +15,9 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.errors import OutsideValidity
-from ams.frames import wrap_deg
+from ams.frames import ANGLES, wrap_deg
 from ams.inference.rows.angle_stream import AngleStream, Answer, joined
 
-ANGLES: Final = ("pitch", "yaw", "roll")
 COVERAGE: Final = 2.0
 """Standard deviations of a difference that are explained."""
 DIFFERENCE: Final = "gyro_difference_deg"

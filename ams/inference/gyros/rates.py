@@ -21,6 +21,7 @@ from ams.attitude.rate_errors import ErrorGrowth, RateErrors, angle_sds, cr_angl
 from ams.attitude.rate_scan import Interpolation, RateScan
 from ams.attitude.three_axes import LARGEST_SD_RAD
 from ams.errors import OutsideValidity
+from ams.frames import ANGLES
 from ams.inference.gyros.gyro_package import GyroPackage
 from ams.inference.gyros.rest_at_start import RestAtStart
 from ams.inference.rows.angle_stream import Answer, joined, nothing
@@ -28,13 +29,11 @@ from ams.inference.rows.sample_clock import LONGEST_TURN_S, SampleClock
 from ams.inference.rows.used_beyond import codes_of_rates, codes_of_temperature
 from ams.models.possible_temperature import COLUMN
 
-ANGLES: Final = ("pitch", "roll", "yaw")
-ANSWERS: Final = (*(f"{angle}_{end}" for angle in ANGLES for end in ("deg", "sd_deg")), "flag")
+_ANSWERED: Final = ("pitch", "roll", "yaw")
+ANSWERS: Final = (*(f"{angle}_{end}" for angle in _ANSWERED for end in ("deg", "sd_deg")), "flag")
 LONGEST_GAP_SAMPLES: Final = 100_000
 """Of samples that never came; where more are missing the attitude is unknown all the same."""
 _SINGULAR_COS_YAW: Final = 1e-3
-_IN_ORDER: Final = (0, 2, 1)
-"""Places of the angles of ``ANGLES`` in pitch, yaw, roll."""
 
 
 @dataclass(frozen=True)
@@ -271,7 +270,8 @@ def _answer(angles_rad: FloatArray, covariance: FloatArray, codes: flag_codes.An
     lost[0] |= aside
     lost[2] |= aside
     columns = {}
-    for name, index in zip(ANGLES, _IN_ORDER, strict=True):
+    for name in _ANSWERED:
+        index = ANGLES.index(name)
         columns[f"{name}_deg"] = np.where(lost[index], np.nan, np.rad2deg(angles_rad[index]))
         columns[f"{name}_sd_deg"] = np.where(lost[index], np.nan, np.rad2deg(sds[index]))
     return Answer(columns, codes)

@@ -15,11 +15,11 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from ams.frames import ANGLES
 from procedures.cli.attitude.rows import Rows, RowWriter
 from procedures.jog_screen.panels import ACCENT, BAD, GOOD, QUIET, WARM
 from rig.clock import Clock
 
-ANGLES: Final = ("pitch", "yaw", "roll")
 DRAWN_EVERY_S: Final = 0.1
 RATE_OVER_S: Final = 1.0
 

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
-from ams.frames import specific_force
-from procedures.plan.channels import AXES
+from ams.frames import ANGLES, specific_force
 from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import Sensor
 
@@ -219,7 +218,7 @@ def _lines(sensors: Mapping[str, Sensor]) -> Iterator[tuple[str, _Line]]:
 
 
 def _is_still(dwell: DwellRecord) -> bool:
-    return dwell.measured_deg.keys() <= set(AXES)
+    return dwell.measured_deg.keys() <= set(ANGLES)
 
 
 def _bases(attitude_deg: Mapping[str, float]) -> Mapping[bool, FloatArray]:

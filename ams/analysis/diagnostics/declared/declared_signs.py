@@ -18,7 +18,7 @@ import numpy as np
 from ams.analysis.diagnostics.declared.declared_axis import KIND, component_indices
 from ams.arrays import FloatArray
 from ams.findings import FITS_WITH, Finding
-from ams.frames import AXES
+from ams.frames import ANGLES, AXES
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.models.model import Model
 from ams.observations import Observations
@@ -27,8 +27,6 @@ from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 from ams.units import ARCSEC_PER_DEG, printed
 
-ANGLES: Final = ("pitch", "yaw", "roll")
-"""In the order of the columns of ``euler_rate_rad_s``."""
 AS_DECLARED_TO: Final = "as_declared_to_v"
 """Of a finding's details: the standard deviation over the points of what the declared angles leave."""
 _PER_GRAVITY: Final = "CR"
