@@ -23,8 +23,7 @@ COMMANDED = (
 
 Positive = Annotated[float, Field(gt=0.0)]
 WatchdogSeconds = Annotated[float, Field(ge=2.0, le=600.0)]
-"""Shorter ones would end a healthy run whose host is busy for a moment; the Maestro's and AZ's own go to 655 s and 10 s
-at least."""
+"""Shorter ones would end a healthy run whose host is busy for a moment; what a device allows, arming it proves."""
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 

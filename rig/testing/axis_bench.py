@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any, cast
 
@@ -10,12 +11,12 @@ from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import VirtualClock
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import twin_lines
+from rig.guard.servo_stop import ServoStop
 from rig.link.byte_stream import ByteStream
 from rig.link.memory import MemoryStream
 from rig.twins.physics.motion import AxisBody
 from rig.twins.physics.world import World
 from rig.twins.twin import Twin
-from rig.wire.maestro import MaestroCodec, aim_questions, decode_aim, set_target
 
 ANSWER_S = 0.3
 
@@ -114,11 +115,10 @@ class AxisBench:
         self.rig.reconnect()
 
     def _aimed(self, aim: ServoAim) -> bytes:
-        codec = MaestroCodec(aim.device, aim.has_crc)
+        stop = ServoStop(asdict(aim), list(aim.limits))
         self.line.discard_input()
-        self.line.write(b"".join(codec.encode(request) for request in aim_questions(aim.channel)))
-        _, position = decode_aim(self.line.read(self.clock.monotonic_s() + ANSWER_S))
-        return codec.encode(set_target(aim.channel, position))
+        self.line.write(stop.question)
+        return stop.order(stop.position(self.line.read(self.clock.monotonic_s() + ANSWER_S)))
 
     def _open_line(self, key: str, _open: Callable[[], ByteStream]) -> ByteStream:
         stream = LossyStream(MemoryStream(self._twins[key], self.clock, f"twin of {key}"))
