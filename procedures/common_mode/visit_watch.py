@@ -54,6 +54,8 @@ class Judged:
     """When the last dwell before it ended."""
     until: Moment
     """When the first dwell after it began."""
+    learned: int
+    """Dwells before it that the scatter is known from."""
     is_slow: bool = False
     """Whether it crept from visit to visit and shows only against the first."""
 
@@ -101,6 +103,8 @@ class VisitWatch:
         self._open: dict[int, DwellRecord] = {}
         self._visits: list[_Visit] = []
         self._superseded: list[_Visit] = []
+        self._learned_before_turn: int | None = None
+        """Dwells that the scatter from before the last turn is known from; None where none was found."""
         self._since: list[int] = []
         """Steps of the design since the last visit."""
         self._accepted = frozenset(accepted)
@@ -140,6 +144,7 @@ class VisitWatch:
         if judged is not None and judged.findings:
             # It is told once: what comes is compared with this visit, unless it is taken back.
             self._visits, self._superseded = [], self._visits
+            self._learned_before_turn = judged.learned
         self._visits.append(visit)
         self._since.clear()
         return judged
@@ -152,7 +157,7 @@ class VisitWatch:
         accepted = max((first for first in self._accepted if first <= epoch), default=0)
         if accepted > self._first_epoch:
             self._first_epoch = accepted
-            self._visits, self._superseded = [], []
+            self._visits, self._superseded, self._learned_before_turn = [], [], None
             self._since.clear()
             self.known.forget_attitudes()
 
@@ -161,7 +166,10 @@ class VisitWatch:
         gone = set(steps)
         self._opening.take_back(gone)
         broken = [visit for visit in self._visits if not gone.isdisjoint(dwell.step for dwell in visit.dwells)]
-        earlier = self._superseded if broken and broken[0] is self._visits[0] else []
+        is_turn_gone = bool(broken) and broken[0] is self._visits[0]
+        earlier = self._superseded if is_turn_gone else []
+        if is_turn_gone and not earlier:
+            self._learned_before_turn = None
         self._visits = [*earlier, *(visit for visit in self._visits if visit not in broken)]
         for visit in broken:
             self._open = self._open or {dwell.step: dwell for dwell in visit.dwells}
@@ -189,7 +197,7 @@ class VisitWatch:
         attitude of both shows a new turn for sure, or where nothing judges it; the scatter is that from before the
         turn, which would hide a further one.
         """
-        if not self._is_watching or not self._superseded or not self._visits:
+        if not self._is_watching or self._learned_before_turn is None or not self._visits:
             return False
         visited = self._visits[-1].at
         after = [dwell for dwell in checks.values() if attitude_of(dwell) in visited]
@@ -200,7 +208,7 @@ class VisitWatch:
         if not is_surely_shown or len(mountings) > 1 or not all(is_alike(dwell.step) for dwell in before):
             return False
         earlier, later = ([at_declared(dwell, self._chains) for dwell in dwells] for dwells in (before, after))
-        found = self._compared(earlier, later, "since the visit before", self._superseded[-1].taken, ())
+        found = self._compared(earlier, later, "since the visit before", self._learned_before_turn, ())
         return found is not None and not found.findings
 
     def _judged(self, visit: _Visit) -> Judged | None:
@@ -268,7 +276,7 @@ class VisitWatch:
         )
         findings = findings_of(common, sensors, between, self._unit, steps)
         since, until_then = max(map(_ended, before)), min(map(_began, after))
-        return Judged(after[-1].step, between, common, findings, steps, since, until_then)
+        return Judged(after[-1].step, between, common, findings, steps, since, until_then, until)
 
 
 def _began(dwell: DwellRecord) -> Moment:
