@@ -94,9 +94,14 @@ class Population:
         return slice(rows[0], rows[-1] + 1) if rows else slice(0, 0)
 
     def rotation_deg(self, rows: slice) -> FloatArray:
-        """Return (n, 3) how the package sat on the table, turned against its first calibration."""
+        """Return (n, 3) how the package sat on the table, turned against its first calibration there.
+
+        Of a check sensor that is its first one as such. A rotation from another mount with a tilt behind it is no sum
+        of both by its axes: what tilts after it mixes into the others.
+        """
         directions = self.numbers.directions[rows]
-        return np.degrees(rotations_rad(directions, directions[0]))
+        mounted = [label.is_check for label in self.labels[rows]]
+        return np.degrees(rotations_rad(directions, directions[mounted.index(True) if any(mounted) else 0]))
 
     def _at_latest_gravity(self) -> PackageNumbers:
         """Return the numbers per the g of each sensor's latest calibration.

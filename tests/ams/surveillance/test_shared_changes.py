@@ -1,10 +1,12 @@
 """What all sensors of a run changed alike is the meter's or the table's, and is laid to none of them."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from archived_runs import a_run, a_sensor
+from scipy.spatial.transform import Rotation
 from yearly_laboratory import Laboratory, measured, read_otherwise
 
 from ams.archive.histories import history
@@ -202,3 +204,23 @@ def test_the_archive_lays_what_the_meter_did_to_no_sensor(tmp_path: Path) -> Non
     assert all(np.diff(chart.shared / chart.value[0]) == pytest.approx([3e-4], rel=0.01) for chart in gains)
     assert all(chart.shared[0] == 0.0 for chart in found.history.charts)
     assert found.not_its_doing == (change.sentence,)
+
+
+@pytest.mark.parametrize("before_deg", [0.0, 30.0, 90.0, 179.0])
+def test_a_tilt_is_about_its_axis_whatever_mount_a_check_sensor_had_before(before_deg: float) -> None:
+    """Its first calibration was made in another mount, before it was a check sensor."""
+    tilt_arcsec = 30.0
+    population = measured(Laboratory(sensors=4, checks=2, tilt_arcsec=tilt_arcsec), 2)
+    mount, labels = Rotation.from_rotvec([0.0, 0.0, np.radians(before_deg)]), list(population.labels)
+    primary = population.numbers.primary.copy()
+    for index, label in enumerate(labels):
+        if label.is_check and label.run_id == "run-00":
+            primary[index, :, 1:] = mount.apply(primary[index, :, 1:])
+            labels[index] = replace(label, is_check=False)
+    tilts = {
+        change.component: change.size_rad / RAD_PER_ARCSEC
+        for change in shared_changes(Population(labels, replace(population.numbers, primary=primary)))
+        if change.component.startswith("table tilt")
+    }
+    assert list(tilts) == ["table tilt y"]
+    assert tilts["table tilt y"] == pytest.approx(tilt_arcsec, abs=4.0)
