@@ -9,6 +9,7 @@ beside them, never less than precision.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import sqrt
 from typing import NamedTuple
 
@@ -79,9 +80,8 @@ class Elimination:
         """Test one column with the basis and the columns ``beside`` given; NaN where they leave nothing of it."""
         gram, given = self.gram, self._known(beside)
         rest = [self.given + column, self.given + self.columns]
-        block = gram[np.ix_(rest, rest)] - gram[np.ix_(rest, given)] @ np.linalg.solve(
-            gram[np.ix_(given, given)], gram[np.ix_(given, rest)]
-        )
+        from_given = gram[given]
+        block = gram[rest][:, rest] - gram[rest][:, given] @ np.linalg.solve(from_given[:, given], from_given[:, rest])
         if self.dof < LEAST_DOF or not block[0, 0] > _NOTHING_LEFT * gram[rest[0], rest[0]]:
             return Tested(np.nan, np.nan, np.nan)
         coefficient = block[0, 1] / block[0, 0]
@@ -136,6 +136,16 @@ class Elimination:
 
     def _known(self, beside: tuple[int, ...]) -> list[int]:
         """Return the places of the basis and of the columns beside of which those before leave anything."""
+        if beside not in self._known_beside:
+            self._known_beside[beside] = self._left_beside(beside)
+        return self._known_beside[beside]
+
+    @cached_property
+    def _known_beside(self) -> dict[tuple[int, ...], list[int]]:
+        """Every column of a stage is tested beside the same others."""
+        return {}
+
+    def _left_beside(self, beside: tuple[int, ...]) -> list[int]:
         gram, known = self.gram, list(range(self.given))
         for index in (self.given + column for column in beside):
             across = gram[known, index]

@@ -64,6 +64,8 @@ class _Design(NamedTuple):
 
 def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | None:
     """Return the rotation that goes with roll, where the outputs show it together at a ``level``; None: they do not."""
+    if len(outputs) < _FEWEST:
+        return None
     each = (_shown(evidence, index) for evidence, index in outputs)
     shown = [output for output in each if output is not None]
     if not _have_room(shown) or not _may_show(shown, MAY_SHOW * level):
