@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.declared.declared_axis import handedness
+from ams.analysis.diagnostics.declared.declared_axis import handedness, undetermined_by_errors
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
@@ -104,7 +104,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         for label, of in zip(group, found, strict=True)
     }
     shown = () if tilt is None or not request.counts_tilts else tilt.counted
-    shown += () if seats is None else (seats.counted,)
+    shown += () if seats is None else seats.counted
     primary = {label: solved.primary[row] for group, solved, _ in groups for row, label in enumerate(group)}
     choices, between = errors_between_rates(rows, choices, primary)
     if shown or between:
@@ -112,7 +112,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
         groups = list(_solved(rows, layout, choices, replace(request, shared_errors=shared), weights))
     for group, solved, _ in groups:
         for row, label in enumerate(group):
-            curved, found = request.residual_curvature, diagnosed[label]
+            curved, found = request.residual_curvature, _with_errors_counted(diagnosed[label], solved, row)
             limits = notes_of(shared[label])
             axes[label] = _axis(label, solved, row, observations, choices[label], found, limits, curved=curved)
             names = choices[label].model.primary_names
@@ -206,6 +206,13 @@ def _diagnosed(
     found = diagnose_together(every)
     tilt = tilt_of_base(every, found)
     return (found if tilt is None else with_tilt(found, tilt, family, is_counted=request.counts_tilts)), tilt
+
+
+def _with_errors_counted(found: Diagnosis, solved: SolvedColumns, row: int) -> Diagnosis:
+    """Return the findings of an axis with what the errors that were counted since leave of its sensitivity."""
+    model, stated = solved.problem.models[row], (solved.primary[row], solved.primary_covariance[row])
+    more = undetermined_by_errors(found.findings, model, *stated, solved.primary_dof[row])
+    return replace(found, findings=(*found.findings, *more)) if more else found
 
 
 def _declared(label: str, choices: Mapping[str, ModelChoice], request: CalibrationRequest) -> DeclaredDirection:

@@ -30,6 +30,9 @@ _ORDER_OF_ROWS, _NO_ORDER = "order of the rows with attitude", "order of the row
 """Tests of rows without times: how the one goes with the other, and where nothing says in which order they stand."""
 CONTAINED = "it is contained in the stated uncertainties"
 _PASSES = "of that, what went on inside the replications is not in the stated uncertainties, as the order has it"
+_NOT_SENSED = "what was visited does not change what this axis senses, or the channel is dead or its input open"
+_ERRORS_COUNTED = "errors that the rows show, and that are counted, are as large as what this axis senses"
+_LESS_OF_THEM = "remove their cause (the budget names the source) and measure again"
 _UNJUDGED = (
     "whether what went on inside the replications is in the stated uncertainties cannot be judged: no times are given, "
     "and the rows are not in the order of the replications; give the column time_s"
@@ -43,10 +46,13 @@ def stimulus_of(model: Model) -> str:
     return "level" if model.convention == "SR" else "attitude"
 
 
-def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray) -> Iterator[Finding]:
+def undetermined_axis(
+    model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray, *, by_errors: bool = False
+) -> Iterator[Finding]:
     """Yield a finding where the sensitivity along the nominal axis is not told from zero.
 
-    ``primary``, ``dof``: (P,); ``covariance``: (P, P).
+    ``primary``, ``dof``: (P,); ``covariance``: (P, P). ``by_errors``: it is, but for errors that the rows show and that
+    are counted in the covariance.
     """
     name = next(
         (primary_name for primary_name in model.primary_names if primary_name.startswith(f"k_{model.nominal_axis}_")),
@@ -62,8 +68,8 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
     size = f"{significant(k, 3)} {unit}"
     fact = (
         f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
-        f"standard uncertainty of {significant(u)} {unit}: what was visited does not change what this axis senses, or "
-        "the channel is dead or its input open; the result is not usable and there is no coefficient set"
+        f"standard uncertainty of {significant(u)} {unit}: {_ERRORS_COUNTED if by_errors else _NOT_SENSED}; the "
+        "result is not usable and there is no coefficient set"
     )
     yield Finding(
         "axis-undetermined",
@@ -71,7 +77,7 @@ def undetermined_axis(model: Model, primary: FloatArray, covariance: FloatArray,
         True,
         None,
         details={"sensitivity": k, "standard_uncertainty": u},
-        what_to_do="add attitudes that change it, or leave this axis out",
+        what_to_do=_LESS_OF_THEM if by_errors else "add attitudes that change it, or leave this axis out",
     )
 
 

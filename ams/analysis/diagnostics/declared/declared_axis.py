@@ -8,7 +8,7 @@ own numbers and wrong by the data sheet's: the unit, the load or the sensor is a
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from math import hypot
 from typing import Final
@@ -67,6 +67,19 @@ def direction_findings(
     yield from undetermined or undetermined_offset(model, primary, covariance)
     if not undetermined:
         yield from contradicted_size(model, primary, covariance, declared)
+
+
+def undetermined_by_errors(
+    findings: Sequence[Finding], model: Model, primary: FloatArray, covariance: FloatArray, dof: FloatArray
+) -> tuple[Finding, ...]:
+    """Return what makes an axis unusable once the errors that its own rows show are counted; nothing where it was.
+
+    ``findings``: what was found before; ``primary``, ``dof``: (P,) and ``covariance``: (P, P) with these errors.
+    """
+    if any(map(leaves_nothing, findings)):
+        return ()
+    undetermined = tuple(undetermined_axis(model, primary, covariance, dof, by_errors=True))
+    return undetermined or tuple(undetermined_offset(model, primary, covariance))
 
 
 def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) -> Finding | None:
