@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 
 from ams.exports.format import ForeseenSet
 from ams.exports.formats import FORMATS
-from ams.models.registry import is_solved_from_levels
+from ams.models.registry import takes_levels
 from ams.sets.sensed_quantity import FIELDS
-from procedures.description.procedure_file import ProcedureDescription, Solve
+from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.solution.lines import UNITS
 from rig.description.rig_file import Sensor
@@ -17,7 +17,7 @@ def unwritable_exports(procedure: ProcedureDescription, sensors: Mapping[str, Se
     for name in procedure.export.formats:
         lacks = FORMATS[name].lacks
         for serial, sensor in sensors.items():
-            why = None if lacks is None else lacks(_foreseen(procedure.solve, serial, sensor))
+            why = None if lacks is None else lacks(_foreseen(procedure, serial, sensor))
             if why is not None:
                 yield procedure.error(
                     ("export", "formats"),
@@ -26,8 +26,10 @@ def unwritable_exports(procedure: ProcedureDescription, sensors: Mapping[str, Se
                 )
 
 
-def _foreseen(solve: Solve, serial: str, sensor: Sensor) -> ForeseenSet:
-    model = solve.model_of(serial, rolls=sensor.rolls)
-    form = None if is_solved_from_levels(model) else FIELDS.get(model)
+def _foreseen(procedure: ProcedureDescription, serial: str, sensor: Sensor) -> ForeseenSet:
+    """Return what the set will be: straight lines up and down, of rates and of fields, which design no attitudes."""
+    solve = procedure.solve
+    is_of_lines = takes_levels(solve.model) and procedure.design.kind == "up-down"
+    form = None if is_of_lines else FIELDS.get(solve.model_of(serial, rolls=sensor.rolls))
     unit = UNITS[sensor.measures] if form is None else form.unit
     return ForeseenSet(tuple(map(str, sensor.channels)), unit, form)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from motion_runs import motion_run
 from planning_files import procedure_file, rig_file
 from solved_sets import tp_set
 
@@ -63,3 +64,21 @@ def test_formats_of_pitch_and_roll_are_refused_of_packages_that_yaw(tmp_path: Pa
 
 def test_three_axes_have_every_format(tmp_path: Path) -> None:
     assert make_plan(rig_file(tmp_path), procedure_file(tmp_path, more=exporting(*sorted(FORMATS)))).steps
+
+
+LINES = {
+    "fields": ("servo-mechanism", "magnetometer"),
+    "up and down": ("servo-mechanism", "accelerometer"),
+    "rates": ("servo-mechanism", "gyro"),
+}
+
+
+@pytest.mark.parametrize("name", ["linear", "c-fixed"])
+@pytest.mark.parametrize("lines", LINES)
+def test_formats_of_straight_lines_are_planned_for_straight_lines(tmp_path: Path, lines: str, name: str) -> None:
+    assert motion_run(tmp_path, *LINES[lines], {r'(model = "linear")': rf"\1\n\n{exporting(name)}"}).plan.steps
+
+
+def test_imucal_has_no_form_of_magnetometers_and_the_plan_says_so(tmp_path: Path) -> None:
+    with pytest.raises(PlanError, match=r"'imucal' has no form of the set that MicroMag3 will have: got the axes"):
+        motion_run(tmp_path, *LINES["fields"], {r'(model = "linear")': rf"\1\n\n{exporting('imucal')}"})
