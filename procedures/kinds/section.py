@@ -283,11 +283,20 @@ def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> 
 
 
 def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:
+    """Return what a twin's axis really is; a dead one, which no reading can be turned into the real quantity by, has
+    neither gain nor offset in it.
+    """
     along = truth.per_unit * float(np.cos(np.deg2rad(truth.coning_deg)))
     quantity = {"acceleration": "g", "rate": "dps", "field": "ut"}[sensor.measures]
-    return {
-        f"gain_{quantity}_per_{unit}": 1.0 / along,
-        f"offset_{quantity}": -truth.at_zero / along,
+    inverse = (
+        {}
+        if not along
+        else {
+            f"gain_{quantity}_per_{unit}": 1.0 / along,
+            f"offset_{quantity}": -truth.at_zero / along,
+        }
+    )
+    return inverse | {
         "offset_v": truth.at_zero,
         f"sensitivity_v_per_{quantity}": truth.per_unit,
         "coning_deg": truth.coning_deg,

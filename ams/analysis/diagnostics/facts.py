@@ -13,14 +13,16 @@ from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.drifting import DRIFT_NAME, SECONDS_PER_HOUR
 from ams.models.model import Model
 from ams.models.thermal import TEMPERATURE_NAMES
+from ams.parameter_words import words_of
 from ams.rounding import significant
 from ams.sets.verdict_conditions import NO_TIMES
 from ams.statistics.intervals import t_factor
 from ams.units import label_and_unit, signed_in_words
 
-_DISTINGUISHED, _LEVEL = 3.0, 0.9
+_DISTINGUISHED, _LEVEL = 3.0, 0.99
 """Standard uncertainties at the least, and the level of Student's factor where few replications know them badly: of
-dead channels of two replications one in ten is told from zero by it, and three in ten by two standard uncertainties.
+dead channels of two replications one in a hundred is told from zero by it, and a live one whose sensitivity these know
+to no better than 1/64 is not.
 """
 _EXPANDED = 2.0
 """Standard uncertainties of an expanded one: what is declared of an offset has no degrees of freedom."""
@@ -64,7 +66,7 @@ def undetermined_axis(
     k, u = float(primary[index]), float(np.sqrt(max(covariance[index, index], 0.0)))
     if not abs(k) <= max(_DISTINGUISHED, t_factor(_LEVEL, float(dof[index]))) * u:
         return
-    unit = "V/(°/s)" if name.endswith("_dps") else "V/g"
+    unit = words_of(name).unit
     size = f"{significant(k, 3)} {unit}"
     fact = (
         f"the sensitivity along the nominal axis {model.nominal_axis} is not told from zero: {size} with a "
