@@ -29,6 +29,7 @@ from ams.frames import specific_force, specific_force_by_base, specific_force_by
 from ams.inputs.shared_errors import SHOWN_BY_ROWS, Effect, SharedError
 from ams.remembered import remembered
 from ams.solve.linear_form import orthogonal
+from ams.solve.seen_directions import seen_directions
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
 from ams.statistics.intervals import t_quantile
 from ams.units import in_arcsec
@@ -53,8 +54,6 @@ _SLOW: Final = 2
 """Degree in the number of the replication of a slow course: an even tilt, and one that comes back."""
 _MEASURED: Final = 0.9
 """Of the points: a replication with fewer is not asked."""
-_ROUNDING: Final = 1e-9
-"""Of a change of the force, and of what is known best of the two angles: less is rounding."""
 
 
 @dataclass(frozen=True)
@@ -92,13 +91,13 @@ class _Shown:
     """(n, 2)"""
     information: FloatArray
     """(2, 2) of one replication, per square radian."""
+    whole: FloatArray
+    """(2,) the same, beside nothing: what offset and sensitivities absorb is in it."""
 
     @cached_property
     def _root(self) -> FloatArray:
         """(2, r) directions of the angles that are seen, over the square root of their information."""
-        values, vectors = np.linalg.eigh(self.information)
-        is_seen = values > _ROUNDING * values[-1]
-        return np.asarray(vectors[:, is_seen] / np.sqrt(values[is_seen]))
+        return seen_directions(self.information, self.whole)
 
     @property
     def rank(self) -> int:
@@ -195,9 +194,10 @@ def _but_the_plainest(shown: Sequence[_Shown], courses: FloatArray) -> _Shown:
 
 
 def _together(shown: Sequence[_Shown]) -> _Shown:
-    return _Shown(
-        np.asarray(sum(output.scores for output in shown)), np.asarray(sum(output.information for output in shown))
+    scores, information, whole = (
+        np.asarray(sum(getattr(output, name) for output in shown)) for name in ("scores", "information", "whole")
     )
+    return _Shown(scores, information, whole)
 
 
 def _shown(evidence: Evidence, index: int) -> _Shown | None:
@@ -211,12 +211,14 @@ def _shown(evidence: Evidence, index: int) -> _Shown | None:
         left = np.clip(left, -_DRAWN_IN * sd, _DRAWN_IN * sd)
     stood = attitude_of_points(base, evidence.rows, evidence.layout)
     roll = stood.roll_rad if is_rolled(base) else np.zeros_like(stood.roll_rad)
-    changes, taken = _changes(stood.pitch_rad, roll, stood.yaw_rad)
-    pattern = changes @ along_force(base, evidence.primary[index])
+    changes, left_of_them, taken = _changes(stood.pitch_rad, roll, stood.yaw_rad)
+    k = along_force(base, evidence.primary[index])
+    pattern = left_of_them @ k
     by_replication = _by_replication(evidence, left, taken)
     if by_replication.shape[0] < _REPLICATIONS:
         return None
-    return _Shown(by_replication @ pattern.T / sd**2, pattern @ pattern.T / sd**2)
+    whole = ((changes @ k) ** 2).sum(axis=1)
+    return _Shown(by_replication @ pattern.T / sd**2, pattern @ pattern.T / sd**2, whole / sd**2)
 
 
 def _by_replication(evidence: Evidence, left: FloatArray, taken: FloatArray) -> FloatArray:
@@ -234,14 +236,13 @@ def _by_replication(evidence: Evidence, left: FloatArray, taken: FloatArray) -> 
 
 
 @remembered(16)
-def _changes(pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-    """Return (2, K, 3) changes of the specific force by both tilts, beside what a replication has of its own.
+def _changes(
+    pitch_rad: FloatArray, roll_rad: FloatArray, yaw_rad: FloatArray | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (2, K, 3) changes of the specific force by both tilts, and what a replication leaves of them, the same.
 
-    Second: the (K, 4) orthonormal directions of these, its offset and its sensitivities.
+    Third: the (K, 4) orthonormal directions of what it has of its own, its offset and its sensitivities.
     """
-    turned = [by(pitch_rad, roll_rad, yaw_rad) for by in (specific_force_by_pitch, specific_force_by_base)]
+    changes = np.stack([by(pitch_rad, roll_rad, yaw_rad) for by in (specific_force_by_pitch, specific_force_by_base)])
     taken, _ = orthogonal(np.column_stack([np.ones_like(pitch_rad), specific_force(pitch_rad, roll_rad, yaw_rad)]))
-    left = [change - taken @ (taken.T @ change) for change in turned]
-    least = [_ROUNDING * np.linalg.norm(change, axis=0) for change in turned]
-    seen = [each * (np.linalg.norm(each, axis=0) > few) for each, few in zip(left, least, strict=True)]
-    return np.stack(seen), taken
+    return changes, changes - taken @ (taken.T @ changes), taken
