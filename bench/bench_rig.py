@@ -131,5 +131,8 @@ class BenchRig:
     def reconnect(self) -> None:
         return None
 
+    def open_lost(self, _until_s: float) -> str:
+        return ""
+
     def stranger_axes(self) -> Mapping[str, str]:
         return {}

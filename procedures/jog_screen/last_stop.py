@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from procedures.errors import ExitStatus
 from rig.assembly.open_rig import Rig
 from rig.errors import DeviceFault
+from rig.motion import out_of_reach
 from rig.motion.jog import in_doubt_in_words
 from rig.motion.move import stop_all
-from rig.motion.out_of_reach import open_in_time, out_of_reach, unknown_behind
+from rig.motion.out_of_reach import unknown_behind
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +61,11 @@ def stopped(rig: Rig) -> StopOutcome:
 
 def stopped_in_reach(rig: Rig) -> StopOutcome:
     """Stop every axis for the last time; where one turns on a line that is out, as soon as that can be opened again."""
-    outcome = stopped(rig)
-    if outcome.failure and (lost := out_of_reach(rig)):
-        unopened = open_in_time(rig)
-        outcome = stopped(rig)
-        if outcome.failure and unopened:
-            outcome = StopOutcome(f"{outcome.failure}; its line cannot be opened: {unopened}")
-        elif not unopened and (strangers := rig.stranger_axes()):
-            outcome = StopOutcome(unknown_behind(strangers))
-        elif not outcome.failure:
-            outcome = replace(outcome, reopened=f"{lost}; the line is open again, and ")
-    if not outcome.failure:
-        return outcome
-    return StopOutcome(f"{outcome.failure}; {'; '.join(rig.motion.in_words(rig.axes))}; go and look")
+    outcome, line = out_of_reach.stopped_in_reach(rig, lambda _unopened: stopped(rig), lambda it: bool(it.failure))
+    failure = outcome.failure
+    if line is not None:
+        failure = f"{failure}; its line cannot be opened: {line.unopened}" if failure and line.unopened else failure
+        failure = unknown_behind(line.strangers) if line.strangers else failure
+    if failure:
+        return StopOutcome(f"{failure}; {'; '.join(rig.motion.in_words(rig.axes))}; go and look")
+    return outcome if line is None else replace(outcome, reopened=f"{line.lost}; the line is open again, and ")

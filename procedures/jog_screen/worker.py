@@ -38,6 +38,7 @@ from rig.clock import Clock
 from rig.defects import defect_text
 from rig.errors import LinkLost, RequestRefused, RigError, WaitEnded
 from rig.motion import jog
+from rig.motion.out_of_reach import BACK_S
 from rig.threads import BegunThread, begun
 
 SHOWN_LINES = 200
@@ -159,8 +160,8 @@ class Bench:
             return ""
         if request.axis not in self._rig.axes:
             return f"no axis {request.axis!r} (allowed: {', '.join(self._rig.axes)}); nothing moved"
-        if self._strangers:
-            return self._strangers
+        if self._strangers or self._lost_line:
+            return self._strangers or f"{self._lost_line}; nothing moves until every line is open again"
         busy = self._doing or self._waiting_motion or self._polling.turning()
         how = "" if asker.is_page else " (space)"
         return f"{busy} is under way; wait, or stop it{how}" if busy else ""
@@ -361,15 +362,17 @@ class Bench:
         self._tell("stopped" if outcome.is_clean else "failed", outcome.in_words)
 
     def _reconnect(self) -> None:
-        """Open every line anew, and see that the same devices answer."""
+        """Open every line that is lost, and see that the same devices answer."""
         self._wait(_IDLE_S)
         if self._clock.monotonic_s() - self._tried_s < _RECONNECT_S:
             return
         self._tried_s = self._clock.monotonic_s()
         self._polling.awaited = "the lines to be open again"
         try:
-            self._rig.reconnect()
-            self._polling.begin_anew()
+            unopened = self._rig.open_lost(self._rig.clock.monotonic_s() + BACK_S)
+            self._polling.begin_anew()  # a line that stays away keeps no axis on another one from being seen at rest
+            if unopened:
+                raise LinkLost(unopened)
             identities = self._rig.identities()
         except RigError as error:
             self._lost_line = str(error)

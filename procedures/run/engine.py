@@ -43,7 +43,7 @@ from procedures.run.last_page import leave_last_page
 from procedures.run.progress_log import ProgressLog
 from procedures.run.pulse import RunPulse
 from procedures.run.services import RunServices
-from procedures.run.start_checks import require_no_fault, require_standstill
+from procedures.run.start_checks import open_lines, require_no_fault
 from procedures.run.steering import Steering, signals_steer
 from procedures.run.stop_page import explain
 from procedures.run.watch.clock_watch import GapWatch
@@ -343,9 +343,8 @@ class _Engine:
             self._context.rest(pause_s)
             try:
                 self._is_open = False
-                self._rig.reconnect()
+                open_lines(self._rig, self._progress_log)
                 self._is_open = True
-                require_standstill(self._rig, self._progress_log)
                 self._rig.identities()
             except RigError as error:
                 if isinstance(error, WaitEnded):  # the stop guard heard it

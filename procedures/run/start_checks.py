@@ -22,7 +22,7 @@ from procedures.run.progress_log import ProgressLog
 from rig.abilities.abilities import Axis
 from rig.description.rig_file import Sensor
 from rig.description.signal_chain import Chain
-from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, LinkLost, MotionBreach
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, LinkLost, MotionBreach, RigError
 from rig.motion.standstill import stop_what_moves
 
 
@@ -31,15 +31,33 @@ def require_standstill(rig: OpenRig, progress_log: ProgressLog) -> dict[str, str
 
     Raises: RunEnds where one moved outside its limits, or goes on.
     """
+    _stop_what_moves(rig, rig.axes, progress_log)
+    return faults_of(rig.axes)
+
+
+def _stop_what_moves(rig: OpenRig, axes: Mapping[str, Axis], progress_log: ProgressLog) -> None:
     try:
-        sentences = stop_what_moves(rig.axes, rig.clock, rig.motion)
+        sentences = stop_what_moves(axes, rig.clock, rig.motion)
     except DeviceFault as error:
         cause = "supervision" if isinstance(error, MotionBreach) else "device"
         raise RunEnds(Ending(State.TRIPPED, str(error), cause=cause)) from error
     for sentence in sentences:
         progress_log.event(STRAY_MOTION, {"text": sentence})
         progress_log.tell(STRAY_MOTION, sentence)
-    return faults_of(rig.axes)
+
+
+def open_lines(rig: OpenRig, progress_log: ProgressLog) -> None:
+    """Open every line anew, and stop what moves; where a line stays away, what may move is stopped all the same.
+
+    Raises: RigError where one stays away, and as :func:`require_standstill`.
+    """
+    try:
+        rig.reconnect()
+    except RigError:
+        may_move = {name: axis for name, axis in rig.axes.items() if rig.motion.known(name).may_be_moved_by}
+        _stop_what_moves(rig, may_move, progress_log)
+        raise
+    require_standstill(rig, progress_log)
 
 
 def faults_of(axes: Mapping[str, Axis]) -> dict[str, str]:

@@ -4,11 +4,9 @@ Everything is opened together or not at all, and given back in the opposite orde
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import ExitStack, suppress
-from dataclasses import dataclass
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
-from typing import cast
 
 from rig.abilities.abilities import (
     Axis,
@@ -20,32 +18,25 @@ from rig.abilities.abilities import (
     TwinChance,
     WriteFile,
 )
-from rig.abilities.setpoint_memory import carry_over
+from rig.assembly.device_groups import DeviceGroups, GroupOpener, ports_by_device
 from rig.assembly.faulty_lines import with_faults
-from rig.assembly.guard_of_rig import guarded_lines, stop_guard
+from rig.assembly.guard_of_rig import stop_guard
 from rig.assembly.identity import Identifiable, expected, require_expected, stranger_axes
-from rig.cables.cable import CableGuard, TurningAxis
-from rig.cables.cable_memory import memory_of
-from rig.cables.winding import Machine
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
 from rig.description.device_settings import TWIN_PORT
 from rig.description.fault_plan import FaultPlan
 from rig.description.rig_file import RigDescription
-from rig.drivers.open import open_axes, open_environment, open_field, open_readout, open_sample_stream
-from rig.drivers.twin_lines import axis_lines, twin_lines
-from rig.errors import DescriptionError, LinkLost
-from rig.guard.stop_guard import GuardedLine, StopGuard
+from rig.drivers.twin_lines import twin_lines
+from rig.errors import DescriptionError
+from rig.guard.stop_guard import StopGuard
 from rig.lines.lock import RigLock, acquire, is_on_network, known_elsewhere_as, serial_of
 from rig.lines.open_lines import Lines
 from rig.lines.recording import LineSource
 from rig.link.counts import ExchangeCounts
-from rig.link.gpib import port_of
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.supervisor import Supervisor
 from rig.twins.physics.world import World
-from rig.twins.serving.control import RemoteChance
-from rig.twins.twin import Twin
 
 Claim = Callable[[Sequence[str]], None]
 """Take what other machines reach as well, by the names that they know it by too.
@@ -58,22 +49,6 @@ def claimed_by_nobody_else(_resources: Sequence[str]) -> None:
     """Claim nothing: no machine but this one is kept away."""
 
 
-@dataclass(frozen=True)
-class Connected:
-    """The devices of a rig over lines that are open, and how to give the lines back."""
-
-    axes: Mapping[str, Axis]
-    readouts: Mapping[str, Readout]
-    environments: Mapping[str, Environment]
-    streams: Mapping[str, Stream]
-    fields: Mapping[str, Field]
-    chance: TwinChance
-    counts: Callable[[], Mapping[str, ExchangeCounts]]
-    guarded: tuple[GuardedLine, ...]
-    """Real lines on which axes are that somebody else could stop."""
-    lines: ExitStack
-
-
 class Rig:
     """Open devices by the names of the rig file. A context manager."""
 
@@ -81,8 +56,8 @@ class Rig:
         self,
         description: RigDescription,
         clock: Clock,
-        connect: Callable[[], Connected],
-        devices: Connected,
+        groups: DeviceGroups,
+        chance: TwinChance | None,
         held: ExitStack,
         guard: StopGuard | None = None,
         purpose: str = "calrig",
@@ -93,8 +68,8 @@ class Rig:
     ) -> None:
         self.description = description
         self.clock = clock
-        self._connect = connect
-        self._devices = devices
+        self._groups = groups
+        self._chance = chance
         self._answered_first: dict[str, str] = {}
         self._held = held
         self._guard = guard
@@ -104,48 +79,52 @@ class Rig:
         self.motion = memory or MotionMemory()  # over all connections
         self._locked: set[str] = set()
         """Devices by their serial numbers."""
-        if guard is not None:
-            guard.hold(devices.guarded)
 
     @property
     def axes(self) -> Mapping[str, Axis]:
-        return self._devices.axes
+        return self._groups.devices.axes
 
     @property
     def readouts(self) -> Mapping[str, Readout]:
-        return self._devices.readouts
+        return self._groups.devices.readouts
 
     @property
     def environments(self) -> Mapping[str, Environment]:
-        return self._devices.environments
+        return self._groups.devices.environments
 
     @property
     def streams(self) -> Mapping[str, Stream]:
-        return self._devices.streams
+        return self._groups.devices.streams
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        return self._devices.fields
+        return self._groups.devices.fields
 
     @property
     def chance(self) -> TwinChance:
-        return self._devices.chance
+        return self._chance or self._groups.chance or NoChance()
 
     def link_counts(self) -> Mapping[str, ExchangeCounts]:
         """Return the counts of every line, by table, or by device where several share it (``axes.pitch, unit 2``)."""
-        return self._devices.counts()
+        return self._groups.counts()
 
     def reconnect(self) -> None:
         """Close every line and open it again; drivers forget all but what chambers were set to, locks and twins stay.
-        Nothing moves. Where it fails, the lines are closed and it can be tried again. Raises as :func:`open_rig`.
+
+        Nothing is set in motion. An axis that was told to turn, and was not seen at rest since, is told to stop as soon
+        as its line is open. A line that stays away keeps no other closed: what is on it answers as closed, and it can
+        be tried again. Raises as :func:`open_rig`, for the first line that stays away.
         """
-        if self._guard is not None:
-            self._guard.release()
-        self._close_lines()
-        before, self._devices = self._devices.environments, self._connect()
-        carry_over(before, self._devices.environments)
-        if self._guard is not None:
-            self._guard.hold(self._devices.guarded)
+        if failures := self._groups.renew():
+            raise failures[0]
+
+    def open_lost(self, until_s: float) -> str:
+        """Open again the lines that are lost or closed, and keep those that are open, whose devices remember all.
+
+        Axes are told to stop as by :meth:`reconnect`, and while one that turns stays away nothing else is opened. None
+        is begun after ``until_s``, rig seconds. Return what failed, a clause each; empty where nothing did.
+        """
+        return "; ".join(map(str, self._groups.open_lost(until_s)))
 
     def prepare_to_move(self) -> None:
         """Begin what must be there before the first motion, which should not wait for it."""
@@ -212,14 +191,7 @@ class Rig:
 
     def by_table(self) -> dict[str, Identifiable]:
         """Return every device by its table in the rig file (``axes.pitch``)."""
-        tables: dict[str, Mapping[str, Axis | Readout | Environment | Stream | Field]] = {
-            "axes": dict(self.axes),
-            "readouts": dict(self.readouts),
-            "environment": dict(self.environments),
-            "streams": dict(self.streams),
-            "field": dict(self.fields),
-        }
-        return {f"{table}.{name}": device for table, devices in tables.items() for name, device in devices.items()}
+        return self._groups.devices.by_table()
 
     def close(self) -> None:
         """Give ports and locks back; closing twice is harmless.
@@ -229,14 +201,9 @@ class Rig:
         try:
             if self._guard is not None:
                 self._guard.close()
-            self._close_lines()
+            self._groups.close()
         finally:
             self._held.close()
-
-    def _close_lines(self) -> None:
-        """Close the lines; a port that is gone cannot be closed properly, and need not be."""
-        with suppress(LinkLost):
-            self._devices.lines.close()
 
     def __enter__(self) -> "Rig":
         return self
@@ -284,67 +251,12 @@ def open_rig(
 
         guard, memory = stop_guard(description, rig_file, purpose, for_stop=for_stop), MotionMemory()
 
-        def connect() -> Connected:
-            return _connected(description, clock, world, twins, line_source, guard, write, memory)
+        def lines_in(opened: ExitStack) -> Lines:
+            return Lines(clock, twins, line_source, opened, guard.sign_of_life if guard else None)
 
-        return Rig(
-            description, clock, connect, connect(), held.pop_all(), guard, purpose, claim, memory, for_stop=for_stop
-        )
-
-
-def _connected(
-    description: RigDescription,
-    clock: Clock,
-    world: World | None,
-    twins: Mapping[str, Twin],
-    line_source: LineSource | None,
-    guard: StopGuard | None,
-    write: WriteFile | None,
-    memory: MotionMemory,
-) -> Connected:
-    """Open every device over lines of its own, or none."""
-    with ExitStack() as opened:
-        lines = Lines(clock, twins, line_source, opened, guard.sign_of_life if guard else None)
-        found: dict[str, Axis] = {}
-        line_of: dict[str, str] = {}
-        for names in axis_lines(description.axes):
-            found |= open_axes({name: description.axes[name] for name in names}, lines)
-            line_of |= dict.fromkeys(names, names[0])
-        over_ports = guarded_lines(description, found, lines)
-        supervisor = Supervisor(clock, guard if over_ports else None, memory)
-        homes_deg = {name: settings.home_attitude_deg for name, settings in description.axes.items()}
-        bear = {name: settings.wrap_turns for name, settings in description.axes.items()}
-        supervised = {
-            name: supervisor.supervise(axis, homes_deg[name], line_of[name], bear[name]) for name, axis in found.items()
-        }
-        found = {name: guarded(axis, description, name, clock, write) for name, axis in supervised.items()}
-        return Connected(
-            axes={name: found[name] for name in description.axes},
-            readouts={
-                name: open_readout(name, settings, lines, clock) for name, settings in description.readouts.items()
-            },
-            environments={
-                name: open_environment(name, settings, lines) for name, settings in description.environment.items()
-            },
-            streams={
-                name: open_sample_stream(name, settings, lines, clock) for name, settings in description.streams.items()
-            },
-            fields={name: open_field(name, settings, lines) for name, settings in description.field.items()},
-            chance=world or _remote_chance(description, lines),
-            counts=lines.counts,
-            guarded=over_ports,
-            lines=opened.pop_all(),
-        )
-
-
-def guarded(axis: Axis, description: RigDescription, name: str, clock: Clock, write: WriteFile | None) -> Axis:
-    """Return an axis that remembers how far its cables are wound, where they wind. Raises: DescriptionError."""
-    settings = description.axes[name]
-    if settings.wrap_turns is None or settings.turning != "revolves":
-        return axis
-    memory = memory_of(description.rig.name, name, settings, write)
-    counts = Machine(settings.home_attitude_deg, settings.position_wraps)
-    return CableGuard(cast("TurningAxis", axis), settings.wrap_turns, memory, clock, counts)
+        opener = GroupOpener(description, clock, lines_in, Supervisor(clock, memory=memory), write)
+        groups = DeviceGroups(description, opener, guard, memory)
+        return Rig(description, clock, groups, world, held.pop_all(), guard, purpose, claim, memory, for_stop=for_stop)
 
 
 def choose_clock(description: RigDescription) -> Clock:
@@ -369,13 +281,7 @@ def choose_clock(description: RigDescription) -> Clock:
 
 def real_ports(description: RigDescription) -> list[str]:
     """Return every port that will really be opened, each once."""
-    ports = [axis.port for axis in description.axes.values()]
-    ports += [chamber.port for chamber in description.environment.values()]
-    ports += [stream.port for stream in description.streams.values()]
-    ports += [coil.port for coil in description.field.values()]
-    for readout in description.readouts.values():
-        resources = (getattr(readout, "resource", None), getattr(readout, "scanner_resource", None))
-        ports += [port_of(resource) for resource in resources if resource is not None]
+    ports = [port for of_device in ports_by_device(description).values() for port in of_device]
     return [port for port in dict.fromkeys(ports) if port != TWIN_PORT]
 
 
@@ -385,8 +291,3 @@ def lock_rig(
     """Lock every real port and the rig file, until ``held`` closes. Raises: RigBusy naming the owner."""
     resources = [*real_ports(description), *([str(rig_file)] if rig_file else [])]
     return held.enter_context(acquire(resources, purpose, for_stop=for_stop))
-
-
-def _remote_chance(description: RigDescription, lines: Lines) -> TwinChance:
-    control = description.twin and description.twin.control
-    return RemoteChance(lines.stream("twin.control", control)) if control else NoChance()

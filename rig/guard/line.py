@@ -32,12 +32,14 @@ GIVEN_BACK = -1
 class Line:
     """Its descriptor, its address where the descriptor is no good any more, its stops."""
 
-    def __init__(self, document: dict[str, Any], descriptor: int) -> None:
+    def __init__(self, document: dict[str, Any], descriptor: int, settings: list[Any] | None = None) -> None:
+        """Take a line over. ``settings``: of a serial one, as it was before it was given back."""
         self.name, self.address = document["name"], document["address"]
         self.is_escaped = document["is_escaped"]
         self.axes: dict[str, list[dict[str, Any]]] = document["axes"]
         self.descriptor = descriptor
-        self.settings = None if "://" in self.address else _settings_of(descriptor)
+        is_closed = descriptor == GIVEN_BACK or "://" in self.address
+        self.settings = settings if is_closed else _settings_of(descriptor)
 
     def release(self) -> None:
         """Give the descriptor back: the engine opens the line anew."""

@@ -32,7 +32,7 @@ if not __package__:  # started as a file, without the folders of this environmen
 from rig.abilities.longest_reading import LONGEST_READING_S
 from rig.clock import SystemClock
 from rig.guard.ask import FORMAT, KEYS, SUFFIX
-from rig.guard.line import LINE_S, QUIET_LIMIT_S, Line
+from rig.guard.line import GIVEN_BACK, LINE_S, QUIET_LIMIT_S, Line
 from rig.guard.outcomes import ENGINE_LIVES, UNASKED, goes_on
 from rig.guard.priority import go_first, step_back
 from rig.guard.process_state import state_of
@@ -72,7 +72,7 @@ class Guard:
         self.record: str = start["record"]
         self.silence_s = LONGEST_READING_S  # as the engine says it
         self.has_lines = True
-        """False while the engine opens them anew: as long as that takes nobody can look at what moves."""
+        """False while the engine opens some anew: as long as that takes nobody can look at what moves."""
         self.silent_s = 0.0
         self.awake_s = self.looked_s = CLOCK.monotonic_s()
         self.before = ""
@@ -148,7 +148,8 @@ class Guard:
                 return False
             if "lines" in message:
                 self.take(message["lines"])
-                self.has_lines, self.looked_s = True, CLOCK.monotonic_s()
+                self.has_lines = not any(line.descriptor == GIVEN_BACK for line in self.lines)
+                self.looked_s = CLOCK.monotonic_s()
             if "released" in message:
                 self.has_lines = False
                 for held in self.lines:
@@ -167,11 +168,14 @@ class Guard:
         return True
 
     def take(self, lines: list[dict[str, Any]]) -> None:
-        """Hold the lines as they are open now; those before are given back."""
+        """Hold the lines as they are open now; those before are given back, and known as they were where none is."""
+        known = {line.address: line.settings for line in self.lines}
         for line in self.lines:
             line.release()
-        taken, self.descriptors = self.descriptors[: len(lines)], self.descriptors[len(lines) :]
-        self.lines = [Line(document, descriptor) for document, descriptor in zip(lines, taken, strict=True)]
+        self.lines = []
+        for document in lines:
+            descriptor = GIVEN_BACK if document.get("is_given_back") else self.descriptors.pop(0)
+            self.lines.append(Line(document, descriptor, known.get(document["address"])))
 
     def why_stop(self) -> str:
         if os.getppid() != self.engine:

@@ -43,7 +43,8 @@ class GuardedLine:
 
     name: str
     address: str
-    descriptor: int
+    descriptor: int | None
+    """None where it is closed: the guard opens it by its address when it has to."""
     is_escaped: bool
     """Whether 0xFF is doubled on it (telnet, RFC 2217)."""
     orders: Mapping[str, Sequence[StopStep]] = field(default_factory=dict)
@@ -51,7 +52,8 @@ class GuardedLine:
 
     def document(self) -> dict[str, Any]:
         axes = {axis: [step.document() for step in steps] for axis, steps in self.orders.items()}
-        return {"name": self.name, "address": self.address, "is_escaped": self.is_escaped, "axes": axes}
+        about = {"name": self.name, "address": self.address, "is_escaped": self.is_escaped, "axes": axes}
+        return {**about, "is_given_back": True} if self.descriptor is None else about
 
 
 STOP_NOW = b'{"stop": "a defect"}\n'
@@ -107,11 +109,14 @@ class StopGuard:
         return end_is_on_record
 
     def hold(self, lines: Sequence[GuardedLine]) -> None:
-        """Hold the lines as they are open now."""
+        """Hold the lines as they are open now. Waits until those that are closed are given back, to be opened anew."""
         with self._turn:
             self._lines = tuple(lines)
             if self._channel is not None:
+                self._hear()
                 self._send_lines()
+                if any(line.descriptor is None for line in lines):
+                    self._let_release()
 
     def release(self) -> None:
         """Give the lines back before they are opened anew; the guard would open them itself. Waits until it has."""
@@ -120,8 +125,11 @@ class StopGuard:
             if self._channel is not None:
                 self._hear()
                 self._send({"released": True})
-                if self._channel is not None:
-                    select.select([self._channel], [], [], RELEASE_S)
+                self._let_release()
+
+    def _let_release(self) -> None:
+        if self._channel is not None:
+            select.select([self._channel], [], [], RELEASE_S)
 
     def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None:
         """Before anything is told to move: a guard must be there, and know the ways of :class:`AimedStop`."""
@@ -247,7 +255,7 @@ class StopGuard:
 
     def _send_lines(self) -> None:
         documents = [line.document() for line in self._lines]
-        self._send({"lines": documents}, [line.descriptor for line in self._lines])
+        self._send({"lines": documents}, [line.descriptor for line in self._lines if line.descriptor is not None])
 
     def _send(self, message: Mapping[str, object], descriptors: Sequence[int] = ()) -> None:
         if self._channel is None:

@@ -22,7 +22,7 @@ from rig.description.rig_file import RigDescription
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
-from rig.motion.out_of_reach import open_in_time, out_of_reach
+from rig.motion.out_of_reach import stopped_in_reach, unknown_behind
 
 WHOLE_TURN_DEG = 360.0
 ROOM_S = 1.0
@@ -47,7 +47,8 @@ class OpenRig(Protocol):
     def readouts(self) -> Mapping[str, Readout]: ...
     @property
     def clock(self) -> Clock: ...
-    def reconnect(self) -> None: ...
+    def open_lost(self, until_s: float) -> str: ...
+    def stranger_axes(self) -> Mapping[str, str]: ...
     def sign_of_life(self) -> None: ...
 
 
@@ -219,12 +220,19 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
 
 def _stop_in_reach(rig: OpenRig, axis: str) -> None:
     """Stop an axis; where its line broke meanwhile, as soon as that can be opened again. Raises: DeviceFault."""
-    try:
-        stop_all({axis: _axis(rig, axis)}, rig.clock)
-    except DeviceFault:
-        if not out_of_reach(rig) or open_in_time(rig):
-            raise
-        stop_all({axis: _axis(rig, axis)}, rig.clock)
+
+    def stop(_unopened: str) -> DeviceFault | None:
+        try:
+            stop_all({axis: _axis(rig, axis)}, rig.clock)
+        except DeviceFault as error:
+            return error
+        return None
+
+    failure, line = stopped_in_reach(rig, stop, lambda failure: failure is not None)
+    if failure is not None:
+        raise failure
+    if line is not None and line.strangers:
+        raise DeviceFault(unknown_behind(line.strangers))
 
 
 def _second_half(looks: Sequence[TurnLook]) -> Sequence[TurnLook]:

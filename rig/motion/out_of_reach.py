@@ -1,19 +1,21 @@
 """An axis that turns at a rate on a line that broke: it turns on until somebody reaches it again.
 
 A move ends at its target by itself. What turns ends by nothing but a stop, and an adapter that was unplugged, or a
-connection that was reset, mostly is back within seconds.
+connection that was reset, mostly is back within seconds. So a stop that does not reach it waits for its line.
 """
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol, TypeVar
 
 from rig.abilities.abilities import Axis
 from rig.clock import Clock
-from rig.errors import LinkClosed, LinkLost, RigError
+from rig.errors import LinkClosed, LinkLost
 from rig.motion.motion_memory import MotionMemory
 
 BACK_S, BETWEEN_OPENINGS_S = 30.0, 0.5
 """So long the line is waited for before people are told, and between two attempts to open it."""
+Stopped = TypeVar("Stopped")
 
 
 class ReopenedRig(Protocol):
@@ -25,8 +27,44 @@ class ReopenedRig(Protocol):
     def clock(self) -> Clock: ...
     @property
     def motion(self) -> MotionMemory: ...
-    def reconnect(self) -> None: ...
+    def open_lost(self, until_s: float) -> str: ...
+    def stranger_axes(self) -> Mapping[str, str]: ...
     def sign_of_life(self) -> None: ...
+
+
+@dataclass(frozen=True, slots=True)
+class LostLine:
+    """The line of an axis that turned, which was out when the axis was told to stop, and what came of it."""
+
+    lost: str
+    """What the port said."""
+    turning: tuple[str, ...]
+    """The axes that were told to turn, and were not seen at rest since."""
+    waited_s: float
+    unopened: str = ""
+    """Why no such axis was reached in time; empty where all were."""
+    strangers: Mapping[str, str] = field(default_factory=dict)
+    """Axis to a sentence, where another device answers on its line than before."""
+
+
+def stopped_in_reach(
+    rig: ReopenedRig, stop: Callable[[str], Stopped], has_failed: Callable[[Stopped], bool], unopened: str = ""
+) -> tuple[Stopped, LostLine | None]:
+    """Stop; where that fails and an axis turns on a line that is out, wait until it is open again and stop once more.
+
+    ``stop``: gets why lines could not be opened, empty where they could; ``unopened``: the same of a time before.
+    Return what the last stop came to, and the line where one was waited for. Where strangers answer on it, nothing that
+    was seen there tells of its axes.
+    """
+    stopped = stop(unopened)
+    if not has_failed(stopped) or not (lost := out_of_reach(rig)):
+        return stopped, None
+    turning, since_s = tuple(name for name in rig.axes if rig.motion.known(name).is_turn), rig.clock.monotonic_s()
+    unopened = open_in_time(rig)
+    waited_s = rig.clock.monotonic_s() - since_s
+    stopped = stop(unopened)
+    strangers = {} if unopened else rig.stranger_axes()
+    return stopped, LostLine(lost, turning, waited_s, unopened, strangers)
 
 
 def out_of_reach(rig: ReopenedRig) -> str:
@@ -43,14 +81,19 @@ def out_of_reach(rig: ReopenedRig) -> str:
 
 
 def open_in_time(rig: ReopenedRig) -> str:
-    """Open every line again until such an axis answers, within its time; return what failed to the last, or nothing."""
+    """Open lost lines until every such axis can be reached, within their time; return what keeps one away, or nothing.
+
+    Other lines that are lost are opened behind those of the axes, and keep none of them waiting.
+    """
     until_s = rig.clock.monotonic_s() + BACK_S
-    while failure := _opened(rig):
+    while True:
+        failure = rig.open_lost(until_s)
+        if not (lost := out_of_reach(rig)):
+            return ""
         if rig.clock.monotonic_s() >= until_s:
-            return failure
+            return failure or lost
         rig.sign_of_life()
         rig.clock.sleep(BETWEEN_OPENINGS_S)
-    return ""
 
 
 def unknown_behind(strangers: Mapping[str, str]) -> str:
@@ -58,11 +101,3 @@ def unknown_behind(strangers: Mapping[str, str]) -> str:
     return (
         f"not every axis is known to stand still: {'; '.join(strangers.values())}; use the stop button at the machine"
     )
-
-
-def _opened(rig: ReopenedRig) -> str:
-    try:
-        rig.reconnect()
-    except RigError as error:
-        return str(error)
-    return out_of_reach(rig)

@@ -56,7 +56,8 @@ class Supervisor:
 
     def __init__(self, clock: Clock, warden: Warden | None = None, memory: MotionMemory | None = None) -> None:
         self._clock = clock
-        self._warden = warden
+        self.warden = warden
+        """Of the rig, over all openings of its lines."""
         self.memory = memory or MotionMemory()
         self._axes: dict[str, SupervisedAxis] = {}
         self._ways: dict[str, tuple[int, int]] = {}
@@ -71,6 +72,7 @@ class Supervisor:
         supervised = SupervisedAxis(axis, self._clock, self, home_deg, line)
         supervised.wrap_turns = wrap_turns
         self._axes[axis.name] = supervised
+        self._ways.pop(axis.name, None)
         return supervised
 
     def look_at_others(self, moving: "SupervisedAxis", *, only_unknown: bool = False) -> None:
@@ -93,30 +95,30 @@ class Supervisor:
 
     def expect_motion(self, starting: "SupervisedAxis", way: tuple[int, int] | None) -> None:
         """See that a guard is there. ``way``: of :class:`AimedStop`. Raises: GuardLost, WaitEnded."""
-        if self._warden is not None:
+        if self.warden is not None:
             self._ways.pop(starting.name, None)
             if way is not None:
                 self._ways[starting.name] = way
-            self._warden.expect_motion(sorted({*self._not_standing(), starting.name}), self._ways)
+            self.warden.expect_motion(sorted({*self._not_standing(), starting.name}), self._ways)
             self._heed()
 
     def beat(self, seen: "SupervisedAxis") -> None:
         """Give a sign of life; heed the guard at a look at an axis that moves. Raises: GuardLost, WaitEnded."""
-        if self._warden is not None:
+        if self.warden is not None:
             tasks = [(axis.task, axis.wrap_turns) for axis in self._axes.values()]
-            self._warden.beat(self._not_standing(), silence_s(tasks))
+            self.warden.beat(self._not_standing(), silence_s(tasks))
             if seen.is_under_way:
                 self._heed()
 
     def stop_by_guard(self) -> bool:
-        return self._warden is not None and self._warden.stop_now()
+        return self.warden is not None and self.warden.stop_now()
 
     def is_stopped_past_us(self) -> bool:
         """Return whether the guard told axes to stop: an answer may then be that of a stop."""
-        return self._warden is not None and bool(self._warden.why_stop())
+        return self.warden is not None and bool(self.warden.why_stop())
 
     def _heed(self) -> None:
-        if self._warden is not None and (trouble := self._warden.take_trouble()) is not None:
+        if self.warden is not None and (trouble := self.warden.take_trouble()) is not None:
             self._stop_all_under_way()
             raise trouble
 

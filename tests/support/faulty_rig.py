@@ -7,6 +7,7 @@ from rig.abilities.abilities import Axis, AxisState, Burst, Environment, Field, 
 from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.clock import Clock
+from rig.errors import RigError
 from rig.link.counts import ExchangeCounts
 from rig.motion.motion_memory import MotionMemory
 
@@ -147,6 +148,14 @@ class FaultyRig:
         self._rig.reconnect()
         self.meter.put(self._rig.readouts["dmm"])
         self.pitch.put(self._rig.axes["pitch"])
+
+    def open_lost(self, _until_s: float) -> str:
+        """Everything is opened or nothing."""
+        try:
+            self.reconnect()
+        except RigError as error:
+            return str(error)
+        return ""
 
     def stranger_axes(self) -> Mapping[str, str]:
         return self._rig.stranger_axes()

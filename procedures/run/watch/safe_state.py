@@ -5,7 +5,7 @@ setpoint unless the procedure says ``[environment] end_degc``: a package that co
 the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`), so none can skip this.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,7 +18,7 @@ from procedures.run.judgement.alarm import CHAMBER
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
-from rig.motion.out_of_reach import open_in_time, out_of_reach, unknown_behind
+from rig.motion.out_of_reach import BACK_S, LostLine, stopped_in_reach, unknown_behind
 from rig.threads import at_once
 
 NOT_SEEN, IN_DOUBT = "standstill", "order in doubt"
@@ -85,26 +85,23 @@ class Safe:
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
     """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well.
 
-    ``is_open``: False where the lines were lost and not opened since; that is tried once more. Where a line
+    ``is_open``: False where lines were lost and not all were opened since; that is tried once more. Where a line
     broke while an axis turned at a rate it is opened again as soon as it can be, and the axis stopped: it would turn
     on, and an adapter that was unplugged mostly is back within seconds.
     """
-    safe = _attempted(rig, plan, "" if is_open else _opened_again(rig), is_over=is_over)
-    if not is_open:
-        return _unless_strangers(rig, safe)
-    if safe.failures and out_of_reach(rig):
-        turning, since_s = [name for name in rig.axes if rig.motion.known(name).is_turn], rig.clock.monotonic_s()
-        unopened = open_in_time(rig)
-        waited_s = rig.clock.monotonic_s() - since_s
-        safe = _unless_strangers(rig, _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over))
-        if not (unopened or safe.failures):
-            return replace(safe, reopened=_reopened(turning, waited_s))
-    return safe
+    still_lost = "" if is_open else rig.open_lost(rig.clock.monotonic_s() + BACK_S)
+
+    def stop(unopened: str) -> Safe:
+        return _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over)
+
+    safe, line = stopped_in_reach(rig, stop, lambda safe: bool(safe.failures), still_lost)
+    if not safe.failures and (line is not None or not is_open):
+        safe = _unless_strangers(rig, safe, rig.stranger_axes() if line is None else line.strangers)
+    return safe if line is None or safe.failures else replace(safe, reopened=_reopened(line))
 
 
-def _unless_strangers(rig: OpenRig, safe: Safe) -> Safe:
+def _unless_strangers(rig: OpenRig, safe: Safe, strangers: Mapping[str, str]) -> Safe:
     """Return what is known where lines were opened again: what another device answers tells nothing of an axis."""
-    strangers = {} if safe.failures else rig.stranger_axes()
     if not strangers:
         return safe
     seen_deg = {name: degrees for name, degrees in safe.positions_deg.items() if name not in strangers}
@@ -113,11 +110,11 @@ def _unless_strangers(rig: OpenRig, safe: Safe) -> Safe:
     return replace(safe, failures=failures, positions_deg=seen_deg, known=known, unknown={**safe.unknown, **strangers})
 
 
-def _reopened(turning: list[str], waited_s: float) -> str:
-    names = " and ".join(turning)
+def _reopened(line: LostLine) -> str:
+    names = " and ".join(line.turning)
     return (
-        f"{names} turned when its line was lost, and turned on until the line was opened again, {waited_s:.0f} s after"
-        f" the first stop that did not reach it; {names} was stopped then"
+        f"{names} turned when its line was lost, and turned on until the line was opened again, {line.waited_s:.0f} s"
+        f" after the first stop that did not reach it; {names} was stopped then"
     )
 
 
@@ -136,19 +133,10 @@ def _attempted(rig: OpenRig, plan: Plan, unopened: str, *, is_over: bool) -> Saf
     positions_deg = {name: degrees for name, degrees in positions_deg.items() if name not in unknown}
     if not failures and not of_chamber:
         return Safe((), positions_deg, unknown=unknown, in_doubt=in_doubt)
-    if unopened:  # one cause of whatever else failed
+    if unopened and failures:  # one cause of whatever else failed
         failures, of_chamber = [unopened], []
     known = (*rig.motion.in_words(unseen), *_outputs_left(rig, plan))
     return Safe(tuple(failures), positions_deg, known, tuple(of_chamber), unknown, in_doubt)
-
-
-def _opened_again(rig: OpenRig) -> str:
-    """Open the lines once more, since who asks for a stop now has no other way to the axes; return what fails."""
-    try:
-        rig.reconnect()
-    except RigError as error:
-        return _unopened(str(error))
-    return ""
 
 
 def _unopened(why: str) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import pytest
 
 from rig.abilities.longest_reading import LONGEST_READING_S
+from rig.guard.outcomes import STOP_SENT
 from rig.guard.process import Guard
 
 START = {"record": "stop-guard.json", "folder": None, "rig": {}, "ring": []}
@@ -49,3 +50,25 @@ def test_an_engine_that_hangs_while_its_lines_are_lost_is_ended_all_the_same(
     _say(ours, guard, {"released": True})
     guard.silent_s = guard.silence_s + 1.0
     assert guard.why_stop() == "the engine gave no sign of life for 120 s"
+
+
+def test_a_line_that_stays_away_is_known_by_its_address_and_nobody_can_look_at_its_axis(
+    engine: tuple[socket.socket, Guard],
+) -> None:
+    """The others are held meanwhile: the engine that dies then leaves an axis which only the guard can stop."""
+    ours, guard = engine
+    away = {
+        "name": "axes.roll",
+        "is_escaped": False,
+        "axes": {"roll": [{"send": b"stop".hex()}]},
+        "is_given_back": True,
+    }
+    with socket.create_server(("127.0.0.1", 0)) as listener:
+        _say(ours, guard, {"lines": [{**away, "address": f"socket://127.0.0.1:{listener.getsockname()[1]}"}]})
+        guard.looked_s -= LONGEST_READING_S + 1.0
+        assert guard.why_stop() == ""
+        assert guard.stop_axes() == {"roll": STOP_SENT}
+        caller, _ = listener.accept()
+        with caller:
+            assert caller.recv(4) == b"stop"
+    guard.take([])

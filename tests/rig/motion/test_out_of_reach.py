@@ -1,7 +1,7 @@
 """A line that breaks while an axis turns at a rate: it is opened again, and the axis stopped, before anything ends."""
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,6 +16,7 @@ from rig.errors import DeviceFault, LinkLost
 from rig.motion.jog import turn_for
 from rig.motion.move import home_and_arrive
 from rig.motion.out_of_reach import open_in_time, out_of_reach
+from rig.motion.standstill import stop_what_moves
 
 CLOCK = SystemClock()
 RATE_DPS = 10.0
@@ -24,15 +25,25 @@ FOR_GOOD = 1_000_000
 
 
 @contextmanager
+def _at_lines_that_break(folder: Path, *devices: str) -> Iterator[tuple[Rig, list[CutLine], SimulatedRig]]:
+    """Roll, homed, and a line to each device that can be cut."""
+    with served(folder, CLOCK, STAGE_FOR_ROLL, QUICK_METER) as (simulated, rig_file), ExitStack() as lines:
+        cut, text = [], rig_file.read_text(encoding="utf-8")
+        for device in devices:
+            address = simulated.addresses[device].removeprefix("prologix+").partition("#")[0]
+            cut.append(lines.enter_context(cut_line(address)))
+            text = text.replace(address, cut[-1].address)
+        rig_file.write_text(text, encoding="utf-8")
+        with open_rig(read_rig(rig_file), rig_file=rig_file) as rig:
+            home_and_arrive(rig.axes["roll"], rig.clock, rig.clock.sleep)
+            yield rig, cut, simulated
+
+
+@contextmanager
 def _at_a_line_that_breaks(folder: Path) -> Iterator[tuple[Rig, CutLine, SimulatedRig]]:
     """Roll, homed, over TCP."""
-    with served(folder, CLOCK, STAGE_FOR_ROLL, QUICK_METER) as (simulated, rig_file):
-        address = simulated.addresses["axes.roll"]
-        with cut_line(address) as line:
-            rig_file.write_text(rig_file.read_text(encoding="utf-8").replace(address, line.address), encoding="utf-8")
-            with open_rig(read_rig(rig_file), rig_file=rig_file) as rig:
-                home_and_arrive(rig.axes["roll"], rig.clock, rig.clock.sleep)
-                yield rig, line, simulated
+    with _at_lines_that_break(folder, "axes.roll") as (rig, (line,), simulated):
+        yield rig, line, simulated
 
 
 def _rate_dps(simulated: SimulatedRig) -> float:
@@ -78,3 +89,53 @@ def test_a_line_that_breaks_while_every_axis_stands_is_not_waited_for(tmp_path: 
         with pytest.raises(LinkLost):
             rig.axes["roll"].state()
         assert not out_of_reach(rig)
+
+
+def test_a_meter_that_stays_away_keeps_no_turning_axis_from_its_stop(tmp_path: Path) -> None:
+    """Its adapter is dead when the line of the axis is back. A line that is whole is kept."""
+    devices = "axes.roll", "axes.pitch", "readouts.dmm"
+    with _at_lines_that_break(tmp_path, *devices) as (rig, (line, whole, dead), simulated):
+
+        def wait(duration_s: float) -> None:
+            rig.clock.sleep(duration_s)
+            dead.cut(FOR_GOOD)
+            line.cut(REFUSALS)
+
+        with pytest.raises(LinkLost, match="what was sent last is in doubt"):
+            turn_for(rig, "roll", RATE_DPS, 60.0, wait)
+        assert _rate_dps(simulated) == 0.0
+        assert whole.callers == 1
+        assert "readouts.dmm" in rig.open_lost(rig.clock.monotonic_s() + 10.0)
+        dead.cut(0)
+        assert rig.open_lost(rig.clock.monotonic_s() + 10.0) == ""
+        assert rig.readouts["dmm"].identify()
+        assert whole.callers == 1
+
+
+def test_whoever_opens_all_lines_again_stops_what_turned_though_a_meter_stays_away(tmp_path: Path) -> None:
+    """A run that is held and a bench that is open do so; a meter may be away for a night."""
+    with _at_lines_that_break(tmp_path, "axes.roll", "readouts.dmm") as (rig, (line, dead), simulated):
+        rig.axes["roll"].start_rate(RATE_DPS)  # type: ignore[attr-defined]
+        dead.cut(FOR_GOOD)
+        line.cut(0)
+        with pytest.raises(LinkLost, match="connection lost"):
+            rig.reconnect()
+        stop_what_moves(rig.axes, rig.clock, rig.motion)
+        assert _rate_dps(simulated) == 0.0
+        assert not out_of_reach(rig)
+
+
+def test_while_an_axis_that_turns_is_away_no_time_goes_to_other_lines(tmp_path: Path) -> None:
+    with _at_lines_that_break(tmp_path, "axes.roll", "readouts.dmm") as (rig, (line, dead), _):
+        rig.axes["roll"].start_rate(RATE_DPS)  # type: ignore[attr-defined]
+        dead.cut(FOR_GOOD)
+        line.cut(FOR_GOOD)
+        before = dead.callers
+        assert "axes.roll" in rig.open_lost(rig.clock.monotonic_s() + 10.0)
+        assert dead.callers == before
+        before = line.callers
+        assert rig.open_lost(rig.clock.monotonic_s()), "the time is over"
+        assert line.callers == before
+        line.cut(0)
+        assert open_in_time(rig) == ""
+        stop_what_moves(rig.axes, rig.clock, rig.motion)
