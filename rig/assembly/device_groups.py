@@ -51,6 +51,16 @@ class DeviceTables:
         self.streams.update(others.streams)
         self.fields.update(others.fields)
 
+    def in_order_of(self, description: RigDescription) -> "DeviceTables":
+        """Return the same devices in the order of the rig file."""
+        return DeviceTables(
+            {name: self.axes[name] for name in description.axes},
+            {name: self.readouts[name] for name in description.readouts},
+            {name: self.environments[name] for name in description.environment},
+            {name: self.streams[name] for name in description.streams},
+            {name: self.fields[name] for name in description.field},
+        )
+
     def by_table(self) -> dict[str, Identifiable]:
         """Return every device by its table in the rig file (``axes.pitch``)."""
         tables: dict[str, Mapping[str, Identifiable]] = {
@@ -73,6 +83,8 @@ class OpenedGroup:
     guarded: tuple[GuardedLine, ...]
     """Real lines on which axes are that somebody else could stop."""
     counts: Callable[[], Mapping[str, ExchangeCounts]]
+    is_any_lost: Callable[[], bool]
+    """Whether one of the lines was found to be gone."""
     lines: ExitStack
 
 
@@ -107,7 +119,7 @@ class GroupOpener:
             )
             control = description.twin and description.twin.control
             chance = RemoteChance(lines.stream(CONTROL, control)) if control and CONTROL in keys else None
-            return OpenedGroup(devices, chance, guarded, lines.counts, opened.pop_all())
+            return OpenedGroup(devices, chance, guarded, lines.counts, lines.is_any_lost, opened.pop_all())
 
     def _axes(self, settings: Mapping[str, Any], lines: Lines) -> tuple[dict[str, Axis], tuple[GuardedLine, ...]]:
         found: dict[str, Axis] = {}
@@ -141,6 +153,8 @@ class DeviceGroup:
         self._keys, self._opener = tuple(keys), opener
         self.opened = opener.open(self._keys)
         self.is_open = True
+        self.why_closed: RigError = LinkLost(f"{self.name}: its line is closed; open it again")
+        """What the last attempt to open it met, where it is not open."""
 
     def open(self) -> None:
         """Open what is closed: drivers forget all but what chambers were set to. Raises: RigError; it stays closed."""
@@ -155,16 +169,17 @@ class DeviceGroup:
             self.opened.lines.close()
 
     def is_lost(self) -> bool:
-        """Ask the devices; one that is silent is there. A stream sends by itself, and is not asked meanwhile."""
-        devices = replace(self.opened.devices, streams={}).by_table()
-        for device in devices.values() if self.is_open else ():
+        """Return whether a line was found to be gone, or is when its devices are asked; one that is silent is there."""
+        if not self.is_open or self.opened.is_any_lost():
+            return True
+        for device in self.opened.devices.by_table().values():
             try:
                 device.identify()
             except (LinkLost, LinkClosed):
                 return True
             except RigError:
                 continue
-        return not self.is_open
+        return False
 
     @property
     def guarded(self) -> tuple[GuardedLine, ...]:
@@ -188,10 +203,10 @@ class DeviceGroups:
                 self._groups.append(DeviceGroup(keys, opener))
                 opened.callback(self._groups[-1].close)
             opened.pop_all()
-        self.devices = DeviceTables({}, {}, {}, {}, {})
+        opened_devices = DeviceTables({}, {}, {}, {}, {})
         for group in self._groups:
-            self.devices.update(group.opened.devices)
-        self.devices.axes = {name: self.devices.axes[name] for name in description.axes}
+            opened_devices.update(group.opened.devices)
+        self.devices = opened_devices.in_order_of(description)
         self._guard = guard
         opener.supervisor.warden = guard if any(group.guarded for group in self._groups) else None
         self._hold()
@@ -236,16 +251,17 @@ class DeviceGroups:
         failures: list[RigError] = []
         for group in groups:
             if until_s is not None and self._clock.monotonic_s() >= until_s:
-                failures += [] if group.is_open else [LinkLost(f"{group.name}: its line is closed; open it again")]
+                failures += [] if group.is_open else [group.why_closed]
                 continue
             if not group.is_lost():
                 continue
-            if group.is_open:
-                group.close()
+            group.close()
+            if group.guarded:  # the guard may have opened it for a stop meanwhile: it gives that back as well
                 self._hold()
             try:
                 group.open()
             except RigError as error:
+                group.why_closed = error
                 failures.append(error)
                 continue
             self.devices.update(group.opened.devices)
@@ -253,6 +269,7 @@ class DeviceGroups:
                 self._stop_turning_in(group)
             except LinkLost as error:
                 group.close()
+                group.why_closed = error
                 failures.append(error)
             self._hold()
         return failures

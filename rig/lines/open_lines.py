@@ -71,6 +71,10 @@ class Lines:
             self._counted[key] = stream
         return self._streams[name]
 
+    def is_any_lost(self) -> bool:
+        """Return whether one of them was found to be gone; asks nothing."""
+        return any(stream.is_lost for stream in self._counted.values())
+
     def counts(self) -> dict[str, ExchangeCounts]:
         """Return what happened so far, by the table that opened the line.
 

@@ -1,9 +1,15 @@
 """What happened on one line so far, counted by whoever converses over it: the measure of a link that degrades."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ParamSpec, TypeVar
 
 from rig.clock import Clock
+from rig.errors import LinkClosed, LinkLost
 from rig.link.byte_stream import ByteStream
+
+Arguments = ParamSpec("Arguments")
+Answer = TypeVar("Answer")
 
 
 @dataclass(slots=True)
@@ -34,10 +40,22 @@ class CountedStream:
         self.counts = ExchangeCounts()
         self.slaves: dict[str, ExchangeCounts] = {}
         """By what tells them apart on the line, such as ``unit 2``; empty where nothing has to."""
-        self.write = stream.write
-        self.read = stream.read
-        self.discard_input = stream.discard_input
+        self.is_lost = False
+        """It was found to be gone or closed; to open it again is to open another stream."""
+        self.write = self._heeding_loss(stream.write)
+        self.read = self._heeding_loss(stream.read)
+        self.discard_input = self._heeding_loss(stream.discard_input)
         self.close = stream.close
+
+    def _heeding_loss(self, call: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
+        def heeded(*args: Arguments.args, **names: Arguments.kwargs) -> Answer:
+            try:
+                return call(*args, **names)
+            except (LinkLost, LinkClosed):
+                self.is_lost = True
+                raise
+
+        return heeded
 
     def by_slave(self, name: str) -> dict[str, ExchangeCounts]:
         """Return the counts by device.

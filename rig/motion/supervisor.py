@@ -49,7 +49,7 @@ Answer = TypeVar("Answer")
 
 
 class Supervisor:
-    """Of all axes of one rig. Every look is a sign of life for the ``warden``, where there is one.
+    """Of all axes of one rig, over all openings of its lines. Every look is a sign of life for its ``warden``, if any.
 
     ``memory``: outlives the connection.
     """
@@ -57,7 +57,6 @@ class Supervisor:
     def __init__(self, clock: Clock, warden: Warden | None = None, memory: MotionMemory | None = None) -> None:
         self._clock = clock
         self.warden = warden
-        """Of the rig, over all openings of its lines."""
         self.memory = memory or MotionMemory()
         self._axes: dict[str, SupervisedAxis] = {}
         self._ways: dict[str, tuple[int, int]] = {}
@@ -105,8 +104,7 @@ class Supervisor:
     def beat(self, seen: "SupervisedAxis") -> None:
         """Give a sign of life; heed the guard at a look at an axis that moves. Raises: GuardLost, WaitEnded."""
         if self.warden is not None:
-            tasks = [(axis.task, axis.wrap_turns) for axis in self._axes.values()]
-            self.warden.beat(self._not_standing(), silence_s(tasks))
+            self.warden.beat(self._not_standing(), silence_s([(it.task, it.wrap_turns) for it in self._axes.values()]))
             if seen.is_under_way:
                 self._heed()
 

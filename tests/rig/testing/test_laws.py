@@ -104,7 +104,7 @@ def test_every_device_of_a_rig_file_is_held_to_its_own(rig: Rig, key: str) -> No
     ],
 )
 def test_an_instrument_that_lies_is_named(rig: Rig, table: str, name: str, lie: Any, sentence: str) -> None:
-    devices = getattr(rig._devices, table)
+    devices = getattr(rig, table)
     devices[name] = Lying(devices[name], **lie(devices[name]))
     key = {"environments": "environment"}.get(table, table)
     with pytest.raises(AssertionError, match=sentence):
