@@ -101,7 +101,7 @@ def test_fault_91_an_axis_that_is_not_where_it_was_left_before_a_loss_is_told(tm
 def _motors(rig: Rig) -> Any:
     """The motors of the controller's twin, by number."""
     axis: Any = rig.axes["pitch"]
-    return axis._axis._controller._exchange.stream.write.__self__._peer.axes
+    return axis._axis._controller._exchange.stream.close.__self__._peer.axes
 
 
 @pytest.mark.parametrize("other_loses_its_home", [False, True])
