@@ -51,11 +51,13 @@ NOT_SEEN = StopOutcome(
 
 
 def stopped(rig: Rig) -> StopOutcome:
-    """Stop every axis and see it stand."""
+    """Stop every axis and see it stand; what another device answers than at first tells nothing of an axis."""
     try:
         stop_all(rig.axes, rig.clock)
     except DeviceFault as error:
         return StopOutcome(str(error))
+    if strangers := rig.stranger_axes():
+        return StopOutcome(unknown_behind(strangers))
     return StopOutcome(in_doubt=in_doubt_in_words(rig.motion.in_doubt(rig.axes)))
 
 
@@ -65,7 +67,6 @@ def stopped_in_reach(rig: Rig) -> StopOutcome:
     failure = outcome.failure
     if line is not None:
         failure = f"{failure}; its line cannot be opened: {line.unopened}" if failure and line.unopened else failure
-        failure = unknown_behind(line.strangers) if line.strangers else failure
     if failure:
         return StopOutcome(f"{failure}; {'; '.join(rig.motion.in_words(rig.axes))}; go and look")
     return outcome if line is None else replace(outcome, reopened=f"{line.lost}; the line is open again, and ")

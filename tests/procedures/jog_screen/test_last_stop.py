@@ -12,6 +12,7 @@ from cut_line import CutLine, cut_line
 from turning_rig import QUICK_METER, STAGE_FOR_ROLL, served
 
 from procedures.errors import ExitStatus
+from procedures.jog_screen.last_stop import stopped
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.served import jog_for_pages
 from procedures.jog_screen.session import jog_on_screen
@@ -120,6 +121,26 @@ def test_who_leaves_is_not_told_that_an_axis_stands_where_another_device_answers
         "go and look",
     ):
         assert words in heard[-1]
+
+
+def test_who_leaves_a_bench_that_found_another_device_before_is_told_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The line was opened again while somebody was there; nothing is lost when he leaves."""
+    (tmp_path / "other").mkdir()
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, _):
+        rig.identities()
+        defaults = Stage.__init__.__defaults__
+        assert defaults is not None
+        monkeypatch.setattr(Stage.__init__, "__defaults__", tuple(99999 if it == 12345 else it for it in defaults))
+        with served(tmp_path / "other", RIG_CLOCK, STAGE_FOR_ROLL, QUICK_METER) as (elsewhere, _):
+            line.cut(0)
+            line.lead_to(elsewhere.addresses["axes.roll"])
+            rig.reconnect()
+            outcome = stopped(rig)
+            line.cut(FOR_GOOD)
+    assert "roll: another device answers on its line" in outcome.in_words
+    assert "every axis stands still" not in outcome.in_words
 
 
 def test_who_leaves_while_a_line_is_out_for_good_is_told_what_may_turn_and_the_status_is_1(
