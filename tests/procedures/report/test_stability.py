@@ -134,7 +134,7 @@ def test_visits_at_two_attitudes_have_a_trace_each() -> None:
 
 def _shown(epoch: int, *findings: Finding) -> Judged:
     common = CommonMode((), 1e-9, (), {}, (), ("SN1", "SN2"))
-    return Judged(0, "since the check set of epoch 1", common, findings, (), (1, 0.0), (epoch, 0.0))
+    return Judged(0, "since the check set of epoch 1", common, findings, (), (1, 0.0), (epoch, 0.0), 0)
 
 
 @pytest.mark.parametrize("by_v", [2e-7, 1e-4])

@@ -75,7 +75,7 @@ def test_a_run_that_was_aborted_through_the_guard_tells_who_asked(tmp_path: Path
     guard = StopGuard(tmp_path / "run" / RECORD, {}, tmp_path, SystemClock())
 
     def ask_the_guard(run: UnattendedRun) -> None:
-        run.rig.axes["pitch"]._supervisor._warden = guard  # type: ignore[attr-defined]
+        run.rig.axes["pitch"]._supervisor.warden = guard  # type: ignore[attr-defined]
         guard.begin()
         (found,) = tmp_path.glob(f"*{SUFFIX}")
         stop({"socket": found.name.removesuffix(SUFFIX)}, None, by)
