@@ -58,5 +58,8 @@ class AttitudeKind:
             reference=procedure.check,
         )
 
+    def solves_lines(self, model: str, design_kind: str) -> bool:
+        return False
+
     def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
         yield from design_refusals(request.rig, request.procedure, request.sensors, schedule.design)

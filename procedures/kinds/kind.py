@@ -134,6 +134,9 @@ class Kind(Protocol):
     def forecast(self, rig: RigDescription, procedure: ProcedureDescription, plan: Plan) -> Forecast:
         """Judge the plan beforehand."""
 
+    def solves_lines(self, model: str, design_kind: str) -> bool:
+        """Tell whether each axis is a straight line of known levels to it, not a sensor by its attitudes or rates."""
+
     def solve(self, item: SensorRows) -> SolvedSensor:
         """Solve one sensor from its dwells. Raises: AmsError or JournalError where it cannot be solved."""
 

@@ -49,7 +49,7 @@ def make_plan(
         *kind.refusals(request, schedule),
         *unreachable(rig, procedure, schedule.steps, kind.key_of_angle),
         *shared_refusals(rig, procedure, sensors, schedule.environment),
-        *(_of_calibrations(rig, procedure, sensors) if procedure.table_of(Static) is None else ()),
+        *(_of_calibrations(kind, rig, procedure, sensors) if procedure.table_of(Static) is None else ()),
     ]
     if reasons:
         raise PlanError("\n".join(str(reason) for reason in reasons))
@@ -97,11 +97,11 @@ def _settings_of(procedure: ProcedureDescription, kind: Kind) -> dict[str, dict[
 
 
 def _of_calibrations(
-    rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor]
+    kind: Kind, rig: RigDescription, procedure: ProcedureDescription, sensors: Mapping[str, Sensor]
 ) -> Iterator[PlanError]:
     """Tell what no calibration of these sensors can be held to, and no set of them written as."""
     yield from limits_of_nobody(rig, procedure, sensors)
-    yield from unwritable_exports(procedure, sensors)
+    yield from unwritable_exports(kind, procedure, sensors)
 
 
 def _sensors(rig: RigDescription, procedure: ProcedureDescription, kind: Kind) -> dict[str, Sensor]:

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 
+from ams.models.registry import takes_levels
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.expected_lines import forecast_of_points
@@ -40,6 +41,9 @@ class PointKind(ABC):
                 "joint belongs to the kinds grid and tumble, which rest at the attitudes of a [design], not to "
                 f'kind = "{procedure.procedure.kind}"; remove it',
             )
+
+    def solves_lines(self, model: str, design_kind: str) -> bool:
+        return takes_levels(model)
 
     def refusals(self, request: PlanRequest, schedule: Schedule) -> Iterator[PlanError]:
         yield from ()

@@ -67,11 +67,11 @@ class ConstantRates(PointKind):
         return "rates", f"{axis}_dps"
 
     def forecast_solver(self, plan: Plan) -> Solver:
-        return by_lines if takes_levels(plan.solve.model) else by_model
+        return by_lines if self.solves_lines(plan.solve.model, plan.design.kind) else by_model
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)
-        if takes_levels(item.plan.solve.model):
+        if self.solves_lines(item.plan.solve.model, item.plan.design.kind):
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
 

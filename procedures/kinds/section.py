@@ -23,6 +23,7 @@ from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
 from procedures.solution.budget_view import FORMS as BUDGET_FORMS
 from procedures.solution.budget_view import budget_view
+from procedures.solution.lines import UNITS
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
@@ -283,22 +284,15 @@ def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> 
 
 
 def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:
-    """Return what a twin's axis really is; a dead one, which no reading can be turned into the real quantity by, has
-    neither gain nor offset in it.
-    """
+    """Return what a twin's axis really is; of a dead one no reading can be turned into the real quantity."""
     along = truth.per_unit * float(np.cos(np.deg2rad(truth.coning_deg)))
-    quantity = {"acceleration": "g", "rate": "dps", "field": "ut"}[sensor.measures]
-    inverse = (
-        {}
-        if not along
-        else {
-            f"gain_{quantity}_per_{unit}": 1.0 / along,
-            f"offset_{quantity}": -truth.at_zero / along,
-        }
-    )
-    return inverse | {
+    quantity = UNITS[sensor.measures]
+    known = {
         "offset_v": truth.at_zero,
         f"sensitivity_v_per_{quantity}": truth.per_unit,
         "coning_deg": truth.coning_deg,
         "azimuth_deg": wrap_deg(truth.azimuth_deg + 90.0),
     }
+    if along:
+        known |= {f"gain_{quantity}_per_{unit}": 1.0 / along, f"offset_{quantity}": -truth.at_zero / along}
+    return known

@@ -16,6 +16,8 @@ from procedures.solution.record import RunRecord
 from procedures.solution.request import SensorRows, SolvedSensor
 from rig.description.rig_file import RigDescription
 
+_UP_AND_DOWN = "up-down"
+
 
 class Tumble(AttitudeKind):
     """Few attitudes: TP's by its models, SR's by straight lines."""
@@ -30,26 +32,28 @@ class Tumble(AttitudeKind):
         self, pilot: Pilot | None, rig: RigDescription, procedure: ProcedureDescription, plan: Plan
     ) -> Forecast:
         if _is_up_and_down(plan):
-            return forecast_of_points(rig, plan, by_lines if _is_solved_by_lines(plan) else by_model)
+            return forecast_of_points(rig, plan, by_lines if self._is_of_lines(plan) else by_model)
         return forecast_of_design(rig, procedure, plan, [], pilot)
+
+    def solves_lines(self, model: str, design_kind: str) -> bool:
+        return takes_levels(model) and design_kind == _UP_AND_DOWN
 
     def solve(self, item: SensorRows) -> SolvedSensor:
         observations = observed(item)
-        if _is_solved_by_lines(item.plan):
+        if self._is_of_lines(item.plan):
             return solve_lines(item, observations)
         return solve_by_model(item, observations)
 
     def section(self, record: RunRecord, solved: SolvedSensor) -> SensorPage | None:
         return section_of(record, solved) if _is_up_and_down(record.plan) else None
 
+    def _is_of_lines(self, plan: Plan) -> bool:
+        return self.solves_lines(plan.solve.model, plan.design.kind)
+
 
 def _is_up_and_down(plan: Plan) -> bool:
     """Tell whether it is SR's: one line an axis, no angles."""
-    return plan.design.kind == "up-down"
-
-
-def _is_solved_by_lines(plan: Plan) -> bool:
-    return _is_up_and_down(plan) and takes_levels(plan.solve.model)
+    return plan.design.kind == _UP_AND_DOWN
 
 
 KIND = Tumble()
