@@ -1,7 +1,7 @@
 """A rig that costs nothing: devices that answer at once, in virtual time. What a run takes is the engine's own."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 
 import numpy as np
@@ -134,5 +134,5 @@ class BenchRig:
     def open_lost(self, _until_s: float) -> str:
         return ""
 
-    def stranger_axes(self) -> Mapping[str, str]:
+    def stranger_axes(self, _names: Iterable[str]) -> Mapping[str, str]:
         return {}

@@ -12,8 +12,7 @@ from rig.assembly.open_rig import Rig
 from rig.errors import DeviceFault
 from rig.motion import out_of_reach
 from rig.motion.jog import in_doubt_in_words
-from rig.motion.move import stop_all
-from rig.motion.out_of_reach import unknown_behind
+from rig.motion.out_of_reach import stop_known
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,11 +52,9 @@ NOT_SEEN = StopOutcome(
 def stopped(rig: Rig) -> StopOutcome:
     """Stop every axis and see it stand; what another device answers than at first tells nothing of an axis."""
     try:
-        stop_all(rig.axes, rig.clock)
+        stop_known(rig, rig.axes)
     except DeviceFault as error:
         return StopOutcome(str(error))
-    if strangers := rig.stranger_axes():
-        return StopOutcome(unknown_behind(strangers))
     return StopOutcome(in_doubt=in_doubt_in_words(rig.motion.in_doubt(rig.axes)))
 
 

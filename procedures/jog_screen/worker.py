@@ -14,7 +14,6 @@ from procedures.jog_screen.inferred import InferredAttitude
 from procedures.jog_screen.last_stop import NOT_SEEN, StopOutcome, stopped, stopped_in_reach
 from procedures.jog_screen.log import ActionLog, Snapshots
 from procedures.jog_screen.polling import Polling
-from procedures.jog_screen.stranger_devices import difference
 from procedures.jog_screen.values import (
     AT_TERMINAL,
     MOTIONS,
@@ -71,7 +70,7 @@ class Bench:
         self._waiting_motion = ""
         self._messages: tuple[ShownMessage, ...] = ()
         self._is_closing = False
-        self._identities = rig.identities()
+        self._begun_with = rig.identities()
         self._strangers = ""
         self._doing = ""
         self._lost_line = ""
@@ -97,7 +96,7 @@ class Bench:
     def start(self) -> None:
         self.guard.start()
         self._rig.prepare_to_move()
-        self._log.write("begin", rig=self._rig.description.rig.name, identities=self._identities)
+        self._log.write("begin", rig=self._rig.description.rig.name, identities=self._begun_with)
         self._at_work = begun(self._run, "the bench")
 
     def close(self) -> None:
@@ -368,17 +367,19 @@ class Bench:
             return
         self._tried_s = self._clock.monotonic_s()
         self._polling.awaited = "the lines to be open again"
+        unopened = self._rig.open_lost(self._rig.clock.monotonic_s() + BACK_S)
+        self._polling.begin_anew()  # a line that stays away keeps no axis on another one from being seen at rest
+        if unopened:
+            self._lost_line = unopened
+            return
         try:
-            unopened = self._rig.open_lost(self._rig.clock.monotonic_s() + BACK_S)
-            self._polling.begin_anew()  # a line that stays away keeps no axis on another one from being seen at rest
-            if unopened:
-                raise LinkLost(unopened)
             identities = self._rig.identities()
         except RigError as error:
             self._lost_line = str(error)
             return
         self._lost_line = ""
-        self._strangers = difference(self._identities, identities)
+        strangers = "; ".join(self._rig.strangers(identities).values())
+        self._strangers = strangers and f"{strangers}; put the cables right and start anew"
         self._tell("failed" if self._strangers else "note", self._strangers or "every line is open again")
         self._log.write("reconnected", identities=identities)
 

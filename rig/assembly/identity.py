@@ -8,7 +8,10 @@ from collections.abc import Iterator, Mapping
 from typing import Protocol
 
 from rig.description.rig_file import RigDescription
-from rig.errors import RequestRefused, RigError
+from rig.errors import RequestRefused
+
+AXES = "axes."
+"""Before the name of an axis, of which people read the name alone."""
 
 
 class Identifiable(Protocol):
@@ -58,19 +61,17 @@ def _sentence(key: str, expected: Mapping[str, str], identities: Mapping[str, st
     return f"{key}: another device answers: got {identities[key]!r}{whose}, {allowed}"
 
 
-def stranger_axes(axes: Mapping[str, Identifiable], answered: Mapping[str, str]) -> dict[str, str]:
-    """Ask every axis who it is; return axis to a sentence where it is not who answered before, or cannot be asked.
+class FirstAnswers:
+    """Who answered first, by table (``axes.pitch``), over all openings of the lines."""
 
-    ``answered``: table (``axes.pitch``) to identity; an axis that was never asked is not compared.
-    """
-    found: dict[str, str] = {}
-    for name, axis in axes.items():
-        if (before := answered.get(f"axes.{name}")) is not None:
-            try:
-                now = axis.identify()
-            except RigError as error:
-                found[name] = f"{name}: who answers on its line is not known: {error}"
-            else:
-                if now != before:
-                    found[name] = f"{name}: another device answers on its line: was {before!r}, is {now!r}"
-    return found
+    def __init__(self) -> None:
+        self._who: dict[str, str] = {}
+
+    def strangers(self, found: Mapping[str, str]) -> dict[str, str]:
+        """Take in who answers now; return table to a sentence where that is not who answered there first."""
+        self._who = {**found, **self._who}
+        return {
+            key: f"{key.removeprefix(AXES)}: another device answers on its line: was {self._who[key]!r}, is {who!r}"
+            for key, who in found.items()
+            if who != self._who[key]
+        }

@@ -21,14 +21,14 @@ from rig.abilities.abilities import (
 from rig.assembly.device_groups import DeviceGroups, GroupOpener, ports_by_device
 from rig.assembly.faulty_lines import with_faults
 from rig.assembly.guard_of_rig import stop_guard
-from rig.assembly.identity import Identifiable, expected, require_expected, stranger_axes
+from rig.assembly.identity import AXES, FirstAnswers, Identifiable, expected, require_expected
 from rig.clock import Clock, ScaledClock, SystemClock, VirtualClock
 from rig.crash_points import refuse_crash_points
 from rig.description.device_settings import TWIN_PORT
 from rig.description.fault_plan import FaultPlan
 from rig.description.rig_file import RigDescription
 from rig.drivers.twin_lines import twin_lines
-from rig.errors import DescriptionError
+from rig.errors import DescriptionError, RigError
 from rig.guard.stop_guard import StopGuard
 from rig.lines.lock import RigLock, acquire, is_on_network, known_elsewhere_as, serial_of
 from rig.lines.open_lines import Lines
@@ -70,7 +70,7 @@ class Rig:
         self.clock = clock
         self._groups = groups
         self._chance = chance
-        self._answered_first: dict[str, str] = {}
+        self._first_answers = FirstAnswers()
         self._held = held
         self._guard = guard
         self._purpose = purpose
@@ -164,12 +164,25 @@ class Rig:
         found = {key: device.identify() for key, device in self.by_table().items()}
         require_expected(expected(self.description), found)
         self._lock_devices(found.values())
-        self._answered_first = self._answered_first or found
+        self.strangers(found)
         return found
 
-    def stranger_axes(self) -> dict[str, str]:
-        """Return axis to a sentence where another device answers than :meth:`identities` found first."""
-        return stranger_axes(self.axes, self._answered_first)
+    def strangers(self, found: Mapping[str, str]) -> dict[str, str]:
+        """Return table to a sentence where ``found``, as of :meth:`identities`, is not who answered there first."""
+        return self._first_answers.strangers(found)
+
+    def stranger_axes(self, names: Iterable[str]) -> dict[str, str]:
+        """Ask axes who they are; return axis to a sentence where that is not who answered there first, or nobody does.
+
+        An axis that was not asked before is known from now on.
+        """
+        found, silent = dict[str, str](), dict[str, str]()
+        for name in names:
+            try:
+                found[f"{AXES}{name}"] = self.axes[name].identify()
+            except RigError as error:
+                silent[name] = f"{name}: who answers on its line is not known: {error}"
+        return {key.removeprefix(AXES): sentence for key, sentence in self.strangers(found).items()} | silent
 
     def _lock_devices(self, identities: Iterable[str]) -> None:
         """Lock every device that tells its serial number: it is this rig's by whatever port others reach it.

@@ -4,7 +4,7 @@ Every function needs an open rig, so the lock is held; every wait is the caller'
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Protocol
@@ -22,7 +22,7 @@ from rig.description.rig_file import RigDescription
 from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
-from rig.motion.out_of_reach import stopped_in_reach, unknown_behind
+from rig.motion.out_of_reach import stop_known, stopped_in_reach
 
 WHOLE_TURN_DEG = 360.0
 ROOM_S = 1.0
@@ -48,7 +48,7 @@ class OpenRig(Protocol):
     @property
     def clock(self) -> Clock: ...
     def open_lost(self, until_s: float) -> str: ...
-    def stranger_axes(self) -> Mapping[str, str]: ...
+    def stranger_axes(self, names: Iterable[str]) -> Mapping[str, str]: ...
     def sign_of_life(self) -> None: ...
 
 
@@ -201,6 +201,8 @@ def turn_for(rig: OpenRig, axis: str, rate_dps: float, duration_s: float, wait: 
     require_room_to_turn(rig, axis, position_deg(rig, axis), rate_dps)
     if isinstance(device, CableGuard):
         device.require_room(rate_dps * duration_s)
+    if strangers := rig.stranger_axes([axis]):  # who stops there must be who was told to turn
+        raise DeviceFault(f"{strangers[axis]}; nothing moved")
     try:
         device.start_rate(rate_dps)
         begun_s = rig.clock.monotonic_s()
@@ -223,16 +225,14 @@ def _stop_in_reach(rig: OpenRig, axis: str) -> None:
 
     def stop(_unopened: str) -> DeviceFault | None:
         try:
-            stop_all({axis: _axis(rig, axis)}, rig.clock)
+            stop_known(rig, [axis])
         except DeviceFault as error:
             return error
         return None
 
-    failure, line = stopped_in_reach(rig, stop, lambda failure: failure is not None)
+    failure, _ = stopped_in_reach(rig, stop, lambda failure: failure is not None)
     if failure is not None:
         raise failure
-    if line is not None and line.strangers:
-        raise DeviceFault(unknown_behind(line.strangers))
 
 
 def _second_half(looks: Sequence[TurnLook]) -> Sequence[TurnLook]:

@@ -4,14 +4,15 @@ A move ends at its target by itself. What turns ends by nothing but a stop, and 
 connection that was reset, mostly is back within seconds. So a stop that does not reach it waits for its line.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from rig.abilities.abilities import Axis
 from rig.clock import Clock
-from rig.errors import LinkClosed, LinkLost
+from rig.errors import DeviceFault, LinkClosed, LinkLost
 from rig.motion.motion_memory import MotionMemory
+from rig.motion.move import stop_all
 
 BACK_S, BETWEEN_OPENINGS_S = 30.0, 0.5
 """So long the line is waited for before people are told, and between two attempts to open it."""
@@ -28,7 +29,7 @@ class ReopenedRig(Protocol):
     @property
     def motion(self) -> MotionMemory: ...
     def open_lost(self, until_s: float) -> str: ...
-    def stranger_axes(self) -> Mapping[str, str]: ...
+    def stranger_axes(self, names: Iterable[str]) -> Mapping[str, str]: ...
     def sign_of_life(self) -> None: ...
 
 
@@ -43,8 +44,6 @@ class LostLine:
     waited_s: float
     unopened: str = ""
     """Why no such axis was reached in time; empty where all were."""
-    strangers: Mapping[str, str] = field(default_factory=dict)
-    """Axis to a sentence, where another device answers on its line than before."""
 
 
 def stopped_in_reach(
@@ -53,8 +52,7 @@ def stopped_in_reach(
     """Stop; where that fails and an axis turns on a line that is out, wait until it is open again and stop once more.
 
     ``stop``: gets why lines could not be opened, empty where they could; ``unopened``: the same of a time before.
-    Return what the last stop came to, and the line where one was waited for. Where strangers answer on it, nothing that
-    was seen there tells of its axes.
+    Return what the last stop came to, and the line where one was waited for.
     """
     stopped = stop(unopened)
     if not has_failed(stopped) or not (lost := out_of_reach(rig)):
@@ -62,9 +60,7 @@ def stopped_in_reach(
     turning, since_s = tuple(name for name in rig.axes if rig.motion.known(name).is_turn), rig.clock.monotonic_s()
     unopened = open_in_time(rig)
     waited_s = rig.clock.monotonic_s() - since_s
-    stopped = stop(unopened)
-    strangers = {} if unopened else rig.stranger_axes()
-    return stopped, LostLine(lost, turning, waited_s, unopened, strangers)
+    return stop(unopened), LostLine(lost, turning, waited_s, unopened)
 
 
 def out_of_reach(rig: ReopenedRig) -> str:
@@ -94,6 +90,14 @@ def open_in_time(rig: ReopenedRig) -> str:
             return failure or lost
         rig.sign_of_life()
         rig.clock.sleep(BETWEEN_OPENINGS_S)
+
+
+def stop_known(rig: ReopenedRig, names: Iterable[str]) -> None:
+    """Stop axes and see them stand, and that nobody else answered it. Raises: DeviceFault."""
+    axes = {name: rig.axes[name] for name in names}
+    stop_all(axes, rig.clock)
+    if strangers := rig.stranger_axes(axes):
+        raise DeviceFault(unknown_behind(strangers))
 
 
 def unknown_behind(strangers: Mapping[str, str]) -> str:

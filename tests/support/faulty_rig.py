@@ -1,6 +1,6 @@
 """A rig of real twins with one thing wrong at a chosen moment."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 
 from rig.abilities.abilities import Axis, AxisState, Burst, Environment, Field, Readout, Stream, TwinChance, Wait
@@ -157,8 +157,8 @@ class FaultyRig:
             return str(error)
         return ""
 
-    def stranger_axes(self) -> Mapping[str, str]:
-        return self._rig.stranger_axes()
+    def stranger_axes(self, names: Iterable[str]) -> Mapping[str, str]:
+        return self._rig.stranger_axes(names)
 
     def identities(self) -> Mapping[str, str]:
         found = self._rig.identities()

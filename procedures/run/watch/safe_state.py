@@ -5,7 +5,7 @@ setpoint unless the procedure says ``[environment] end_degc``: a package that co
 the soak is not lost. Signals only leave a mark (:mod:`procedures.run.steering`), so none can skip this.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -92,17 +92,15 @@ def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool =
     still_lost = "" if is_open else rig.open_lost(rig.clock.monotonic_s() + BACK_S)
 
     def stop(unopened: str) -> Safe:
-        return _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over)
+        return _unless_strangers(rig, _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over))
 
     safe, line = stopped_in_reach(rig, stop, lambda safe: bool(safe.failures), still_lost)
-    if not safe.failures and (line is not None or not is_open):
-        safe = _unless_strangers(rig, safe, rig.stranger_axes() if line is None else line.strangers)
     return safe if line is None or safe.failures else replace(safe, reopened=_reopened(line))
 
 
-def _unless_strangers(rig: OpenRig, safe: Safe, strangers: Mapping[str, str]) -> Safe:
-    """Return what is known where lines were opened again: what another device answers tells nothing of an axis."""
-    if not strangers:
+def _unless_strangers(rig: OpenRig, safe: Safe) -> Safe:
+    """Return what is known where every stop was obeyed: what another device answers tells nothing of an axis."""
+    if safe.failures or not (strangers := rig.stranger_axes(rig.axes)):
         return safe
     seen_deg = {name: degrees for name, degrees in safe.positions_deg.items() if name not in strangers}
     failures = (f"stop: {unknown_behind(strangers)}",)

@@ -247,9 +247,9 @@ def test_devices_that_changed_places_are_named_and_nothing_moves_any_more(tmp_pa
         gone = {"line": "axes.pitch", "kind": "hang-up", "on": "question", "nth": 13, "away_s": 1.0}
         with _on_twins(tmp_path, ScaledClock(50.0), *TWO_TABLES, swapped=swapped, gone=gone) as bench:
             async with _app(bench).run_test(size=SIZE) as pilot:
-                await _told(pilot, "other devices answer than before: axes.pitch was")
+                await _told(pilot, "pitch: another device answers on its line: was")
                 _press(pilot, "h")
-                await _told(pilot, "pitch home: other devices answer")
+                await _told(pilot, "pitch home: pitch: another device answers")
 
     asyncio.run(act())
 

@@ -15,6 +15,7 @@ from rig.abilities.abilities import AxisState, Burst
 from rig.assembly.identity import Identifiable
 from rig.assembly.open_rig import Rig
 from rig.errors import DeviceNonsense, DeviceSilent, LinkLost
+from rig.motion.supervisor import SupervisedAxis
 
 GONE = "axes.pitch at /dev/serial/by-id/usb-x: the port is gone or broken; check cable and adapter"
 
@@ -128,6 +129,26 @@ def test_fault_23_swapped_adapters_are_refused_by_what_the_devices_say(small: Be
     assert outcome.state is State.TRIPPED
     assert "axes.pitch: was" in outcome.reason
     assert "axes.roll: was" in outcome.reason
+
+
+def test_an_axis_behind_whose_line_another_device_answers_is_not_told_to_stand(
+    small: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What answers there obeys the last stop and reads back at rest: of the run's own axis that says nothing."""
+    unattended = UnattendedRun(tmp_path / "run")
+
+    class Other(RigReopenedLate):
+        def reconnect(self) -> None:
+            super().reconnect()
+            monkeypatch.setattr(SupervisedAxis, "identify", lambda axis: f"another {axis.name}")
+
+    outcome = run_unattended(
+        small, unattended, rig_of=lambda rig: Other(rig, 2, spoil=_fails_at(LinkLost(GONE), 50, 50))
+    )
+    assert outcome.state is State.TRIPPED
+    assert "not the devices of this run: axes.pitch: was" in outcome.reason
+    assert "not every axis is known to stand still: pitch: another device answers on its line: was" in outcome.reason
+    assert outcome.positions_deg == {}
 
 
 @pytest.mark.parametrize("error", [DeviceSilent("dmm: no reply within 2 s"), DeviceNonsense("dmm: 12.x4")])

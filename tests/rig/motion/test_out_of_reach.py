@@ -17,6 +17,7 @@ from rig.motion.jog import turn_for
 from rig.motion.move import home_and_arrive
 from rig.motion.out_of_reach import open_in_time, out_of_reach
 from rig.motion.standstill import stop_what_moves
+from rig.twins.zaber import Stage
 
 CLOCK = SystemClock()
 RATE_DPS = 10.0
@@ -81,6 +82,28 @@ def test_a_line_that_does_not_come_back_is_waited_for_so_long_and_told(
         assert open_in_time(rig) == ""
         assert not out_of_reach(rig)
         rig.axes["roll"].stop()
+
+
+def test_another_device_on_the_line_of_an_axis_that_turned_by_hand_never_passes_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nobody had asked before who answers there: what stops and stands is a stage that stood anyway."""
+    (tmp_path / "other").mkdir()
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, simulated):
+        defaults = Stage.__init__.__defaults__
+        assert defaults is not None
+        monkeypatch.setattr(Stage.__init__, "__defaults__", tuple(99999 if it == 12345 else it for it in defaults))
+        with served(tmp_path / "other", CLOCK, STAGE_FOR_ROLL, QUICK_METER) as (elsewhere, _):
+
+            def wait(duration_s: float) -> None:
+                rig.clock.sleep(duration_s)
+                line.lead_to(elsewhere.addresses["axes.roll"])
+                line.cut(REFUSALS)
+
+            with pytest.raises(DeviceFault, match=r"roll: another device answers on its line: .* use the stop button"):
+                turn_for(rig, "roll", RATE_DPS, 60.0, wait)
+            line.cut(FOR_GOOD)
+        assert _rate_dps(simulated) == RATE_DPS, "nobody reaches it"
 
 
 def test_a_line_that_breaks_while_every_axis_stands_is_not_waited_for(tmp_path: Path) -> None:
