@@ -47,16 +47,19 @@ class LostLine:
 
 
 def stopped_in_reach(
-    rig: ReopenedRig, stop: Callable[[str], Stopped], has_failed: Callable[[Stopped], bool], unopened: str = ""
+    rig: ReopenedRig, stop: Callable[[str], Stopped], has_failed: Callable[[Stopped], bool], *, is_open: bool = True
 ) -> tuple[Stopped, LostLine | None]:
     """Stop; where that fails and an axis turns on a line that is out, wait until it is open again and stop once more.
 
-    ``stop``: gets why lines could not be opened, empty where they could; ``unopened``: the same of a time before.
+    Nothing is asked before the first stop. ``stop``: gets why lines could not be opened, empty where they could.
+    ``is_open``: False where lines were left closed: what fails then is tried once more over lines that are opened.
     Return what the last stop came to, and the line where one was waited for.
     """
-    stopped = stop(unopened)
-    if not has_failed(stopped) or not (lost := out_of_reach(rig)):
+    stopped = stop("")
+    if not has_failed(stopped):
         return stopped, None
+    if not (lost := out_of_reach(rig)):
+        return (stopped if is_open else stop(rig.open_lost(rig.clock.monotonic_s() + BACK_S))), None
     turning, since_s = tuple(name for name in rig.axes if rig.motion.known(name).is_turn), rig.clock.monotonic_s()
     unopened = open_in_time(rig)
     waited_s = rig.clock.monotonic_s() - since_s

@@ -18,7 +18,7 @@ from procedures.run.judgement.alarm import CHAMBER
 from rig.defects import defect_text
 from rig.errors import RigError
 from rig.motion.move import stop_all
-from rig.motion.out_of_reach import BACK_S, LostLine, stopped_in_reach, unknown_behind
+from rig.motion.out_of_reach import LostLine, stopped_in_reach, unknown_behind
 from rig.threads import at_once
 
 NOT_SEEN, IN_DOUBT = "standstill", "order in doubt"
@@ -85,16 +85,16 @@ class Safe:
 def make_safe(rig: OpenRig, plan: Plan, *, is_over: bool = True, is_open: bool = True) -> Safe:
     """Never raises for a device. ``is_over``: the process gives the rig up, so the chamber goes to its end as well.
 
-    ``is_open``: False where lines were lost and not all were opened since; that is tried once more. Where a line
-    broke while an axis turned at a rate it is opened again as soon as it can be, and the axis stopped: it would turn
-    on, and an adapter that was unplugged mostly is back within seconds.
+    ``is_open``: False where lines were lost and not all were opened since; where something fails that is tried once
+    more, behind the first stop, since what moves on an open line waits for no other. Where a line broke while an axis
+    turned at a rate it is opened again as soon as it can be, and the axis stopped: it would turn on, and an adapter
+    that was unplugged mostly is back within seconds.
     """
-    still_lost = "" if is_open else rig.open_lost(rig.clock.monotonic_s() + BACK_S)
 
     def stop(unopened: str) -> Safe:
         return _unless_strangers(rig, _attempted(rig, plan, _unopened(unopened) if unopened else "", is_over=is_over))
 
-    safe, line = stopped_in_reach(rig, stop, lambda safe: bool(safe.failures), still_lost)
+    safe, line = stopped_in_reach(rig, stop, lambda safe: bool(safe.failures or safe.of_chamber), is_open=is_open)
     return safe if line is None or safe.failures else replace(safe, reopened=_reopened(line))
 
 

@@ -3,6 +3,7 @@
 import os
 import signal
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -15,9 +16,11 @@ from unattended_run import UnattendedRun, asks, events, run_unattended
 from procedures.journal.audit.audit_trail import interruptions_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.records.states import State
-from procedures.run.watch.safe_state import Safe
+from procedures.run.watch.safe_state import Safe, make_safe
 from rig.abilities.abilities import AxisState, Environment
-from rig.errors import DeviceFault
+from rig.assembly.open_rig import open_rig
+from rig.errors import DeviceFault, LinkLost
+from rig.link.byte_stream import ByteStream
 
 PLATEAU = "[environment]\nplateaus_degc = [30.0]\nsoak_s = 60.0\n{end}[check]"
 
@@ -39,7 +42,6 @@ def test_the_chamber_keeps_its_setpoint_unless_the_procedure_says_otherwise(
     unattended = UnattendedRun(tmp_path / "run", after={5: asks("stop")})
     unattended.run_dir.mkdir()
     from procedures.run.begin import begin
-    from rig.assembly.open_rig import open_rig
 
     with open_rig(small.rig) as rig:
         assert (
@@ -100,11 +102,46 @@ def test_fault_19_signals_during_the_stop_of_the_axes_change_nothing(tmp_path: P
     assert events(unattended.run_dir)[-1].detail["to"] == "stopped"
 
 
+class _Heard:
+    """A line that notes what goes over it."""
+
+    def __init__(self, stream: ByteStream, heard: list[bytes]) -> None:
+        self._stream, self._heard = stream, heard
+        self.name, self.clock = stream.name, stream.clock
+        self.read, self.discard_input, self.close = stream.read, stream.discard_input, stream.close
+
+    def write(self, data: bytes) -> None:
+        self._stream.write(data)
+        self._heard.append(data)
+
+
+@pytest.mark.parametrize("end", ["", "end_degc = 15.0\n"])
+def test_nothing_is_asked_before_the_stop_where_lines_were_left_closed(tmp_path: Path, end: str) -> None:
+    """A run that is held for a chamber is given up: what may move on the other lines waits for no answer."""
+    small = bench(tmp_path, procedure=(("[check]", PLATEAU.format(end=end)),))
+    heard: list[bytes] = []
+    refusals = [0]
+
+    def source(key: str, open_line: Callable[[], ByteStream]) -> ByteStream:
+        if key == "environment.air" and refusals[0]:
+            refusals[0] -= 1
+            raise LinkLost("air: the port is gone; check cable and adapter")
+        return _Heard(open_line(), heard)
+
+    with open_rig(small.rig, line_source=source) as rig:
+        refusals[0] = 1
+        with pytest.raises(LinkLost):
+            rig.reconnect()
+        heard.clear()
+        safe = make_safe(rig, small.plan, is_open=False)
+        assert heard[0] in (b"1 STOP\r\n", b"2 STOP\r\n")
+        assert (safe.failures, safe.of_chamber, set(safe.positions_deg)) == ((), (), {"pitch", "roll"})
+        if end:
+            assert rig.environments["air"].setpoint_degc() == 15.0
+
+
 def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path: Path) -> None:
     """The last question before the end can itself move something: a servo controller goes home at a damaged one."""
-    from procedures.run.watch.safe_state import make_safe
-    from rig.assembly.open_rig import open_rig
-
     small = bench(tmp_path)
     with open_rig(small.rig) as rig:
         looks_after_the_stop = count()
@@ -126,8 +163,7 @@ def test_an_axis_that_moves_after_it_was_seen_at_rest_is_stopped_again(tmp_path:
 @pytest.mark.parametrize("answers", [True, False])
 def test_an_axis_that_is_seen_at_rest_by_neither_look_is_told_and_stopped_again(tmp_path: Path, answers: bool) -> None:
     """Missing in both looks it agreed with itself: a stop that a damaged command undid was told as a rest."""
-    from procedures.run.watch.safe_state import MOST_STOPS, make_safe
-    from rig.assembly.open_rig import open_rig
+    from procedures.run.watch.safe_state import MOST_STOPS
 
     small = bench(tmp_path)
     with open_rig(small.rig) as rig:
