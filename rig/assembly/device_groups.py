@@ -219,10 +219,14 @@ class DeviceGroups:
         return {name: counts for group in self._groups for name, counts in group.opened.counts().items()}
 
     def renew(self) -> list[RigError]:
-        """Close every line and open it anew; return what kept which from that, of each group that stays closed."""
-        if self._guard is not None:
-            self._guard.release()
-        self.close()
+        """Close every line and open it anew; return what kept which from that, of each group that stays closed.
+
+        Behind an attempt at which one stayed away only what is closed, or was lost since, is opened.
+        """
+        if all(group.is_open for group in self._groups):
+            if self._guard is not None:
+                self._guard.release()
+            self.close()
         turning, others = self._by_urgency()
         return [*self._opened(turning), *self._opened(others)]
 

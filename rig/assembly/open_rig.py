@@ -111,6 +111,9 @@ class Rig:
     def reconnect(self) -> None:
         """Close every line and open it again; drivers forget all but what chambers were set to, locks and twins stay.
 
+        Every one: what falls silent with the others, as when the power fails, is not lost and has forgotten what its
+        driver set; and of a connection whose other end is gone the port knows nothing. Where one stays away the others
+        were opened at that attempt and are kept at the next, since to open a port resets some of what hangs on it.
         Nothing is set in motion. An axis that was told to turn, and was not seen at rest since, is told to stop as soon
         as its line is open. A line that stays away keeps no other closed: what is on it answers as closed, and it can
         be tried again. Raises as :func:`open_rig`, for the first line that stays away.

@@ -148,6 +148,23 @@ def test_whoever_opens_all_lines_again_stops_what_turned_though_a_meter_stays_aw
         assert not out_of_reach(rig)
 
 
+def test_who_opens_all_lines_again_and_again_calls_at_those_alone_that_stay_away(tmp_path: Path) -> None:
+    """A run that is held for a night tries once a minute; what was open at the first attempt is kept."""
+    with _at_lines_that_break(tmp_path, "axes.roll", "readouts.dmm") as (rig, (line, dead), _):
+        dead.cut(FOR_GOOD)
+        for _ in range(3):
+            with pytest.raises(LinkLost, match="connection lost"):
+                rig.reconnect()
+        assert line.callers == 2
+        line.cut(0)
+        dead.cut(0)
+        rig.reconnect()
+        assert line.callers == 3, "it was lost meanwhile"
+        assert set(rig.identities()) >= {"axes.roll", "readouts.dmm"}
+        rig.reconnect()
+        assert line.callers == 4, "nothing stays away: whatever fell silent is opened anew"
+
+
 def test_while_an_axis_that_turns_is_away_no_time_goes_to_other_lines(tmp_path: Path) -> None:
     with _at_lines_that_break(tmp_path, "axes.roll", "readouts.dmm") as (rig, (line, dead), _):
         rig.axes["roll"].start_rate(RATE_DPS)  # type: ignore[attr-defined]
