@@ -14,7 +14,7 @@ from ams.finding_kinds import UNUSABLE_AXIS, FindingKind
 FITS_WITH: Final = "fits_with"
 """Of a finding's details: the signs of angles and outputs, or the order of angles, that the readings fit with. Nothing
 says whether an angle or a channel is the other way round, so that there is a set, and a person judges the finding."""
-DECLARED_SIZE: Final = "declared_sensitivity_v_per_g"
+DECLARED_SIZE: Final = "declared_sensitivity_"
 """Of a finding's details: the sensitivity that an axis is far from. Nothing says whether what is declared or what was
 read is wrong, so that there is a set, and a person judges the finding."""
 HOLDING_ARCSEC: Final = 3.0
@@ -109,7 +109,7 @@ def leaves_nothing(finding: Finding) -> bool:
 
 def is_left_to_a_person(details: Mapping[str, object]) -> bool:
     """Return whether there is a set in spite of a finding of an axis, which a person judges: by what it says."""
-    return FITS_WITH in details or DECLARED_SIZE in details
+    return FITS_WITH in details or any(key.startswith(DECLARED_SIZE) for key in details)
 
 
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:

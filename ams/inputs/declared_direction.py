@@ -6,6 +6,28 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 from ams.frames import AXES
+from ams.units import label_and_unit
+
+
+@dataclass(frozen=True)
+class NominalSensitivity:
+    """What an output is said to change by with what it senses: by the data sheet, or by the unit that it is read in."""
+
+    size: float
+    """Above 0, in ``unit`` over ``per``."""
+    unit: str = "v"
+    """Of the readings, as it is written in a key."""
+    per: str = "g"
+    """Of what is sensed."""
+
+    @property
+    def is_of_unit(self) -> bool:
+        """Whether nobody declared it: readings in a unit of what is sensed have it by that unit."""
+        return self.unit != "v"
+
+    @property
+    def printed_unit(self) -> str:
+        return label_and_unit(f"sensitivity_{self.unit}_per_{self.per}")[1]
 
 
 @dataclass(frozen=True)
@@ -18,8 +40,8 @@ class DeclaredDirection:
     """Along that axis, or against it."""
     polarity: Literal[1, -1] | None = None
     """Sign of the declared sensitivity; None where nobody declared one: then either sense agrees."""
-    v_per_g: float | None = None
-    """Size of the declared sensitivity of an accelerometer, above 0; None where nobody declared one."""
+    sensitivity: NominalSensitivity | None = None
+    """None where nobody declared one and the unit of the readings says none."""
 
     @property
     def index(self) -> int:

@@ -23,7 +23,6 @@ from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord
 from procedures.solution.budget_view import FORMS as BUDGET_FORMS
 from procedures.solution.budget_view import budget_view
-from procedures.solution.lines import UNITS
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
@@ -286,7 +285,7 @@ def _truths(rig: RigDescription, name: str, sensor: Sensor, unit_of: UnitOf) -> 
 def _truth(truth: AxisTruth, sensor: Sensor, unit: str) -> dict[str, float]:
     """Return what a twin's axis really is; of a dead one no reading can be turned into the real quantity."""
     along = truth.per_unit * float(np.cos(np.deg2rad(truth.coning_deg)))
-    quantity = UNITS[sensor.measures]
+    quantity = sensor.sensed_unit
     known = {
         "offset_v": truth.at_zero,
         f"sensitivity_v_per_{quantity}": truth.per_unit,

@@ -8,7 +8,6 @@ from ams.sets.sensed_quantity import FIELDS
 from procedures.description.procedure_file import ProcedureDescription
 from procedures.errors import PlanError
 from procedures.kinds.kind import Kind
-from procedures.solution.lines import UNITS
 from rig.description.rig_file import Sensor
 
 
@@ -33,5 +32,5 @@ def _foreseen(kind: Kind, procedure: ProcedureDescription, serial: str, sensor: 
     solve = procedure.solve
     is_of_lines = kind.solves_lines(solve.model, procedure.design.kind)
     form = None if is_of_lines else FIELDS.get(solve.model_of(serial, rolls=sensor.rolls))
-    unit = UNITS[sensor.measures] if form is None else form.unit
+    unit = sensor.sensed_unit if form is None else form.unit
     return ForeseenSet(tuple(map(str, sensor.channels)), unit, form)

@@ -1,32 +1,59 @@
 """What a rig file declares of the direction, the polarity and the sensitivity of a sensor's axes."""
 
 from collections.abc import Mapping
-from typing import Literal
+from types import MappingProxyType
+from typing import Final, Literal
 
-from ams.inputs.declared_direction import DeclaredDirection
+from ams.inputs.declared_direction import DeclaredDirection, NominalSensitivity
+from ams.models.convert import STANDARD_GRAVITY_MPS2
 from rig.description.rig_file import Sensor
 
+VOLTS: Final[Mapping[str, str]] = MappingProxyType({})
+"""Every output is read in volts."""
+_OF_UNIT: Final[Mapping[tuple[str, str], float]] = {
+    ("g", "g"): 1.0,
+    ("mps2", "g"): STANDARD_GRAVITY_MPS2,
+    ("dps", "dps"): 1.0,
+    ("ut", "ut"): 1.0,
+}
+"""Units of readings and of what is sensed, to what the first changes by with one of the second."""
 
-def declared_directions(sensor: Sensor | None) -> Mapping[str, DeclaredDirection]:
+
+def declared_directions(sensor: Sensor | None, units: Mapping[str, str] = VOLTS) -> Mapping[str, DeclaredDirection]:
     """Return by sensor axis where its mount has it along the table, with its nominal sensitivity and the sign of it.
 
-    Nothing where no sensor is declared: an axis then lies along the one that it is named by.
+    ``units``: sensor axis to the unit of its readings; those of which none is said are volts. Nothing where no
+    sensor is declared: an axis then lies along the one that it is named by.
     """
     if sensor is None:
         return {}
-    return {str(axis): _declared(getattr(sensor.mount, axis), sensor, axis) for axis in sensor.channels}
+    return {
+        str(axis): _declared(getattr(sensor.mount, axis), sensor, axis, units.get(axis, "v"))
+        for axis in sensor.channels
+    }
 
 
-def declared_in_package(sensor: Sensor, axis: str) -> DeclaredDirection:
-    """Return what is declared where levels are counted along the package's own axes: of the mount they know already."""
-    return _declared(f"+{axis}", sensor, axis)
+def declared_in_package(sensor: Sensor, axis: str, unit: str) -> DeclaredDirection:
+    """Return what is declared where levels are counted along the package's own axes: of the mount they know already.
+
+    ``unit``: of the readings.
+    """
+    return _declared(f"+{axis}", sensor, axis, unit)
 
 
-def _declared(mounted: str, sensor: Sensor, axis: str) -> DeclaredDirection:
+def _declared(mounted: str, sensor: Sensor, axis: str, unit: str) -> DeclaredDirection:
     nominal = sensor.nominal_v_per_g(axis)
     sense: Literal[1, -1] = 1 if mounted[0] == "+" else -1
-    return DeclaredDirection(mounted[1], sense, _polarity(nominal), abs(nominal) or None)
+    return DeclaredDirection(mounted[1], sense, _polarity(nominal), _nominal(nominal, unit, sensor.sensed_unit))
 
 
 def _polarity(nominal: float) -> Literal[1, -1] | None:
     return None if nominal == 0.0 else (1 if nominal > 0.0 else -1)
+
+
+def _nominal(declared: float, unit: str, per: str) -> NominalSensitivity | None:
+    """Return what is declared of an output in volts; of readings in a unit of what is sensed, what the unit says."""
+    if declared != 0.0:
+        return NominalSensitivity(abs(declared), per=per)
+    size = _OF_UNIT.get((unit, per))
+    return None if size is None else NominalSensitivity(size, unit, per)

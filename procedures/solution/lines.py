@@ -50,8 +50,6 @@ EARTH_UT = 50.0
 """What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
 _LEAST_TOGETHER = 2
 """Axes that can contradict each other."""
-UNITS: Mapping[str, str] = {"acceleration": "g", "rate": "dps", "field": "ut"}
-"""Of what a sensor measures, as it is written in a key."""
 
 
 def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
@@ -128,7 +126,7 @@ def line_request(item: SensorRows, label: str, line: Line) -> CalibrationRequest
     return CalibrationRequest(
         nominal_axes={label: label},
         models={label: line.model},
-        declared={label: declared_in_package(item.sensor, label)},
+        declared={label: declared_in_package(item.sensor, label, line.rows.unit_of(label))},
         shared_errors={label: line.errors},
         tested_axes=item.tested_axes,
     )
@@ -140,7 +138,7 @@ def _line(item: SensorRows, observations: Observations, label: str) -> Line | No
     if levels.level.size == 0 or float(np.ptp(levels.level)) == 0.0:
         return None
     line = StraightLine if levels.sense is None else FieldLine
-    model = line(label, UNITS[item.sensor.measures], observations.unit_of(label))
+    model = line(label, item.sensor.sensed_unit, observations.unit_of(label))
     return Line(model, _rows(observations, label, levels), _errors(item, observations, label, levels.errors))
 
 

@@ -241,7 +241,7 @@ def request_of(
         calibrated_degc(solve.temperature, observations.temperature_degc),
         counts_earth=observations.from_level is not None,
     )
-    declared = declared_directions(sensor)
+    declared = declared_directions(sensor, observations.units)
     return request_for(
         name, sensor.channels, solve, table_uncertainty(rig), errors, rolls=sensor.rolls, declared=declared
     )

@@ -9,6 +9,7 @@ from rig.description.mount import Mount
 from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
+_SENSED_UNITS = {"acceleration": "g", "rate": "dps", "field": "ut"}
 STAGES = (("pitch", "yaw"), ("pitch", "yaw", "roll"))
 """Of a gimbal: what its sting carries, and its model."""
 
@@ -115,6 +116,11 @@ class Sensor(StrictTable):
         if not isinstance(declared, dict):
             return declared
         return next((value for name, value in declared.items() if name == axis), 0.0)
+
+    @property
+    def sensed_unit(self) -> str:
+        """Unit of what it senses, as it is written in a key."""
+        return _SENSED_UNITS[self.measures]
 
     @property
     def is_sensitivity_declared(self) -> bool:

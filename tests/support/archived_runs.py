@@ -10,7 +10,7 @@ from package_outputs import TRUTH, output_v
 from ams.archive.runs import MeasuredSensor, RunEntry
 from ams.calibration.calibrate import calibrate
 from ams.findings import Finding
-from ams.inputs.declared_direction import DeclaredDirection
+from ams.inputs.declared_direction import DeclaredDirection, NominalSensitivity
 from ams.inputs.request import CalibrationRequest
 from ams.observations import Observations
 from ams.sets.coefficients import build_set
@@ -21,7 +21,10 @@ _PITCH, _ROLL = np.deg2rad(np.array(GRID_DEG, dtype=float)).T
 _CLEAN = {axis: np.array([output_v(axis, TRUTH[axis], p, r) for p, r in GRID_DEG]) for axis in TRUTH}
 IN_TIME, EXPIRED = date(2027, 6, 30), date(2025, 12, 31)
 TABLE = Standard("table", "AA-2216", "26-0117", IN_TIME, {"uncertainty_arcsec": 1.0, "kind": "limit", "k": 2})
-DECLARED = {axis: DeclaredDirection(axis, 1, polarity, 2.5) for axis, polarity in (("x", 1), ("y", 1), ("z", -1))}
+DECLARED = {
+    axis: DeclaredDirection(axis, 1, polarity, NominalSensitivity(2.5))
+    for axis, polarity in (("x", 1), ("y", 1), ("z", -1))
+}
 STARTED = datetime(2026, 1, 10, 18, 0, tzinfo=UTC)
 
 

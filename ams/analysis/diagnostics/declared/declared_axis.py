@@ -20,9 +20,10 @@ from ams.arrays import FloatArray
 from ams.calibration_result import AxisCalibration
 from ams.findings import DECLARED_SIZE, Finding, leaves_nothing
 from ams.frames import AXES
-from ams.inputs.declared_direction import GAIN_RANGE, DeclaredDirection
+from ams.inputs.declared_direction import GAIN_RANGE, DeclaredDirection, NominalSensitivity
 from ams.models.model import Model
 from ams.rounding import significant
+from ams.units import printed
 
 KIND: Final = "axis-contradicted"
 _FAR: Final = 5.0
@@ -31,16 +32,20 @@ _ROUNDING: Final = 1e-12
 """Of the constant output: what is left of a sensitivity by rounding."""
 _CROSS_TALK: Final = 0.1
 """Of the declared sensitivity: a run's check of the mount calls less than that no response too."""
+_ALIKE: Final = 0.75
+"""A sensitivity within this part of that of another unit, or as much above, is likely in that unit."""
 _PER_GRAVITY: Final = "CR"
 """This convention counts sensitivities per g of gravity and azimuths from another axis than a rig file's polarity is
 declared in: signs are not held against each other."""
 _COMPONENT = re.compile(r"k_([xyz])_[a-z0-9]+_per_[a-z0-9]+")
-_UNITS: Final = {
-    1e6: "the numbers look like microvolts",
-    1e3: "the numbers look like millivolts",
-    1e-3: "the numbers look like kilovolts, or the declared ones like millivolts per g",
+_UNITS: Final[Mapping[tuple[str, str], Mapping[float, str]]] = {
+    ("v", "g"): {1e6: "microvolts", 1e3: "millivolts", 1e-3: "kilovolts, or the declared ones like millivolts per g"},
+    ("g", "g"): {1e6: "µg", 1e3: "mg", 9.80665: "m/s²"},
+    ("mps2", "g"): {1e3: "mm/s²", 102.0: "mg", 0.102: "g"},
+    ("dps", "dps"): {3600.0: "°/h", 1e3: "thousandths of °/s", 60.0: "°/min", 0.01745: "rad/s"},
+    ("ut", "ut"): {1e3: "nT", 10.0: "mG", 1e-2: "gauss", 1e-6: "tesla"},
 }
-"""What was read over what is declared, to the unit that would make them agree."""
+"""Of unit and quantity, what was read over what is declared, to the unit that would make them agree."""
 _NOT_USABLE: Final = (
     "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
     "there is no coefficient set"
@@ -95,14 +100,15 @@ def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) 
     size = hypot(*k.values())
     level = max((abs(value) for index, value in enumerate(values) if index not in at.values()), default=0.0)
     is_rounding = size <= _ROUNDING * level
-    is_per_g = model.primary_names[at[declared.axis]].endswith("_v_per_g")
-    least = _CROSS_TALK * (declared.v_per_g or 0.0) if is_per_g else 0.0
+    nominal = declared.sensitivity
+    least = 0.0 if nominal is None else _CROSS_TALK * nominal.size
     if not (is_rounding or (size < least and max(k, key=lambda axis: abs(k[axis])) != declared.axis)):
         return None
-    beside = "" if is_rounding else f" (declared are {declared.v_per_g:g} V/g; what it shows is picked up from others)"
+    unit = "V" if nominal is None else printed(nominal.unit)
+    beside = "" if nominal is None or is_rounding else f" ({_stated(nominal)}; what it shows is picked up from others)"
     fact = (
-        f"it does not respond: of its output, {significant(level)} V, {significant(size)} V change with what was "
-        f"visited{beside}: the channel is dead, or not connected; the result is not usable and there is no "
+        f"it does not respond: of its output, {significant(level)} {unit}, {significant(size)} {unit} change with what "
+        f"was visited{beside}: the channel is dead, or not connected; the result is not usable and there is no "
         "coefficient set"
     )
     what_to_do = "look at sensor, wiring and the channel of the meter, and measure again, or leave this axis out"
@@ -113,16 +119,14 @@ def silent_axis(model: Model, primary: FloatArray, declared: DeclaredDirection) 
 def contradicted_size(
     model: Model, primary: FloatArray, covariance: FloatArray, declared: DeclaredDirection
 ) -> Iterator[Finding]:
-    """Yield a finding where the sensitivity of an accelerometer is plainly outside the range about the declared one.
+    """Yield a finding where the sensitivity is plainly outside the range about the nominal one.
 
     It is the one that a run's check of the mount has; here every dwell counts, and a run that went on in spite of that
     check carries it in its result.
     """
-    indices = [
-        index for index in component_indices(model.primary_names).values()
-        if model.primary_names[index].endswith("_v_per_g")
-    ]  # fmt: skip
-    if declared.v_per_g is None or not indices:
+    nominal = declared.sensitivity
+    indices = list(component_indices(model.primary_names).values())
+    if nominal is None or not indices:
         return
     k = primary[indices]
     found = float(np.linalg.norm(k))
@@ -130,26 +134,35 @@ def contradicted_size(
         return
     along = k / found
     u = float(np.sqrt(max(float(along @ covariance[np.ix_(indices, indices)] @ along), 0.0)))
-    low, high = (factor * declared.v_per_g for factor in GAIN_RANGE)
+    low, high = (factor * nominal.size for factor in GAIN_RANGE)
     if not (found - _FAR * u > high or found + _FAR * u < low):
         return
-    ratio = found / declared.v_per_g
+    ratio, name = found / nominal.size, f"{nominal.unit}_per_{nominal.per}"
     fact = (
-        f"the sensitivity is {significant(found, 4)} V/g, declared are {declared.v_per_g:g} V/g "
-        f"(nominal_sensitivity_v_per_g): {significant(ratio, 3)} times that, allowed {GAIN_RANGE[0]:g} to "
-        f"{GAIN_RANGE[1]:g} times; {_likely(ratio)}; offset and sensitivity stand in the unit of the numbers that were "
+        f"the sensitivity is {significant(found, 4)} {nominal.printed_unit}, {_stated(nominal)}: "
+        f"{significant(ratio, 3)} times that, allowed {GAIN_RANGE[0]:g} to {GAIN_RANGE[1]:g} times; "
+        f"{_likely(nominal, ratio)}; offset and sensitivity stand in the unit of the numbers that were "
         "read, and the result is not usable as it is"
     )
     what_to_do = "correct the numbers or what is declared, and solve again"
-    details: dict[str, float | str | None] = {DECLARED_SIZE: declared.v_per_g, "sensitivity_v_per_g": found}
+    details: dict[str, float | str | None] = {f"{DECLARED_SIZE}{name}": nominal.size, f"sensitivity_{name}": found}
     yield Finding(KIND, fact, True, None, details=details, is_held=False, what_to_do=what_to_do)
 
 
-def _likely(ratio: float) -> str:
-    """Return what is likely wrong, by how many times the declared sensitivity was read."""
-    for factor, words in _UNITS.items():
-        if GAIN_RANGE[0] * factor <= ratio <= GAIN_RANGE[1] * factor:
-            return words
+def _stated(nominal: NominalSensitivity) -> str:
+    size = f"{nominal.size:g} {nominal.printed_unit}"
+    if nominal.is_of_unit:
+        return f"numbers in {printed(nominal.unit)} have {size}"
+    return f"declared are {size} (nominal_sensitivity_v_per_{nominal.per})"
+
+
+def _likely(nominal: NominalSensitivity, ratio: float) -> str:
+    """Return what is likely wrong, by how many times the nominal sensitivity was read."""
+    for factor, unit in _UNITS.get((nominal.unit, nominal.per), {}).items():
+        if _ALIKE * factor <= ratio <= factor / _ALIKE:
+            return f"the numbers look like {unit}"
+    if ratio < _CROSS_TALK:
+        return "the channel hardly responds, or its numbers are in another unit"
     return "the range, the gain of an amplifier or the load resistor is another than declared, or the sensor is"
 
 
