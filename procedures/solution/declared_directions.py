@@ -42,7 +42,7 @@ def declared_in_package(sensor: Sensor, axis: str, unit: str) -> DeclaredDirecti
 
 
 def _declared(mounted: str, sensor: Sensor, axis: str, unit: str) -> DeclaredDirection:
-    nominal = sensor.nominal_v_per_g(axis)
+    nominal = sensor.nominal_v(axis)
     sense: Literal[1, -1] = 1 if mounted[0] == "+" else -1
     return DeclaredDirection(mounted[1], sense, _polarity(nominal), _nominal(nominal, unit, sensor.sensed_unit))
 

@@ -173,11 +173,12 @@ def _undeclared_sensitivities(file: TomlFile, rig: RigDescription, voltages: set
 
 
 def _volts_of_other_units(file: TomlFile, rig: RigDescription, units: Mapping[str, str]) -> Iterable[str]:
-    """Yield limits in volts of sensors that are not read in volts."""
+    """Yield what is declared in volts of sensors that are not read in volts."""
     for serial, sensor in rig.sensors.items():
         others = [channel for channel in sensor.channels.values() if units.get(channel, "v") != "v"]
-        for key in ("largest_offset_shift_v", "largest_nonlinearity_v", "largest_offset_tc_v_per_degc"):
-            if getattr(sensor, key) > 0.0 and others:
+        limits = ("largest_offset_shift_v", "largest_nonlinearity_v", "largest_offset_tc_v_per_degc")
+        for key in (*limits, sensor.nominal_key):
+            if getattr(sensor, key) != 0.0 and others:
                 yield file.complaint(
                     ("sensors", serial, key), f"is in volts, and {', '.join(others)} is not read in volts; remove it"
                 )

@@ -9,7 +9,9 @@ from rig.description.mount import Mount
 from rig.toml_file import StrictTable, as_in_file, as_tuple
 
 PACKAGES = {"single-axis package": 1, "two-axis package": 2, "three-axis package": 3}
+NominalVolts = float | dict[Literal["x", "y", "z"], float]
 _SENSED_UNITS = {"acceleration": "g", "rate": "dps", "field": "ut"}
+_NOMINAL_KEYS = {measured: f"nominal_sensitivity_v_per_{unit}" for measured, unit in _SENSED_UNITS.items()}
 STAGES = (("pitch", "yaw"), ("pitch", "yaw", "roll"))
 """Of a gimbal: what its sting carries, and its model."""
 
@@ -29,8 +31,12 @@ class Sensor(StrictTable):
     measures: Literal["acceleration", "rate", "field"] = "acceleration"
     channels: dict[Literal["x", "y", "z"], str] = Field(min_length=1)
     """Axis to ``readout.channel`` or ``stream.channel``."""
-    nominal_sensitivity_v_per_g: float | dict[Literal["x", "y", "z"], float] = 0.0
-    """Of accelerometers behind a readout, one for all axes or one for each; its sign declares the polarity."""
+    nominal_sensitivity_v_per_g: NominalVolts = 0.0
+    """Of accelerometers read in volts, one for all axes or one for each; its sign declares the polarity."""
+    nominal_sensitivity_v_per_dps: NominalVolts = 0.0
+    """Of gyros, the same."""
+    nominal_sensitivity_v_per_ut: NominalVolts = 0.0
+    """Of magnetometers, the same."""
     mount: Mount = Mount()
     stage: tuple[Literal["pitch", "yaw", "roll"], ...] | None = None
     """The axes of a gimbal that carry it, from outside in; None: all. Pitch and yaw carry CR's sting package."""
@@ -65,16 +71,18 @@ class Sensor(StrictTable):
                 f"a {self.model} has {PACKAGES[self.model]} channels, got {', '.join(self.channels)}; correct channels "
                 "or model"
             )
-        declared = self.nominal_sensitivity_v_per_g
+        declared: NominalVolts = getattr(self, self.nominal_key)
         if isinstance(declared, dict) and set(declared) != set(self.channels):
             raise ValueError(
-                f"nominal_sensitivity_v_per_g names {', '.join(declared) or 'no axis'}; needed is one number for all "
-                f"axes, or one for each of {', '.join(self.channels)}"
+                f"{self.nominal_key} names {', '.join(declared) or 'no axis'}; needed is one number for all axes, or "
+                f"one for each of {', '.join(self.channels)}"
             )
-        if self.measures != "acceleration" and self.is_sensitivity_declared:
-            raise ValueError(
-                f"nominal_sensitivity_v_per_g has no meaning for a sensor that measures {self.measures}; remove it"
-            )
+        for key in _NOMINAL_KEYS.values():
+            if key != self.nominal_key and getattr(self, key) != 0.0:
+                raise ValueError(
+                    f"{key} has no meaning for a sensor that measures {self.measures}; remove it, or declare "
+                    f"{self.nominal_key}"
+                )
         if self.measures != "rate" and self.largest_g_sensitivity_dps_per_g > 0.0:
             raise ValueError(
                 "largest_g_sensitivity_dps_per_g is what gravity does to a gyro: it has no meaning for a sensor that "
@@ -110,12 +118,21 @@ class Sensor(StrictTable):
             )
         return self
 
-    def nominal_v_per_g(self, axis: str) -> float:
-        """Return what is declared for an axis of the package; 0 where nothing is."""
-        declared = self.nominal_sensitivity_v_per_g
+    @property
+    def nominal_key(self) -> str:
+        """The key that declares its sensitivity in volts."""
+        return _NOMINAL_KEYS[self.measures]
+
+    def nominal_v(self, axis: str) -> float:
+        """Return what is declared for an axis of the package, in volts per unit of what it senses; 0: nothing is."""
+        declared: NominalVolts = getattr(self, self.nominal_key)
         if not isinstance(declared, dict):
             return declared
         return next((value for name, value in declared.items() if name == axis), 0.0)
+
+    def nominal_v_per_g(self, axis: str) -> float:
+        """Return the same of an accelerometer; 0 of any other sensor."""
+        return self.nominal_v(axis) if self.measures == "acceleration" else 0.0
 
     @property
     def sensed_unit(self) -> str:
@@ -124,5 +141,5 @@ class Sensor(StrictTable):
 
     @property
     def is_sensitivity_declared(self) -> bool:
-        """Whether any axis has a nominal sensitivity."""
+        """Whether any axis of an accelerometer has a nominal sensitivity."""
         return any(self.nominal_v_per_g(axis) != 0.0 for axis in self.channels)

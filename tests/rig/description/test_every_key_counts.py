@@ -102,6 +102,8 @@ TRIALS = {
     "sensors.*.largest_sensitivity_shift": Trial(1e-4),
     "sensors.*.largest_nonlinearity_v": Trial(1e-4),
     "sensors.*.largest_g_sensitivity_dps_per_g": Trial(0.1, job="rates"),
+    "sensors.*.nominal_sensitivity_v_per_dps": Trial(0.1, job="rates"),
+    "sensors.*.nominal_sensitivity_v_per_ut": Trial(0.1, job="levels"),
     "rig.gravity_mps2": Trial(9.81),
     "rig.latitude_deg": Trial(45.5, job="rates"),
     "rig.heading_deg": Trial(20.0, job="rates", rig=NEAR_TURIN),

@@ -35,17 +35,17 @@ _CROSS_TALK: Final = 0.1
 _ALIKE: Final = 0.75
 """A sensitivity within this part of that of another unit, or as much above, is likely in that unit."""
 _PER_GRAVITY: Final = "CR"
-"""This convention counts sensitivities per g of gravity and azimuths from another axis than a rig file's polarity is
-declared in: signs are not held against each other."""
+"""This convention counts sensitivities of accelerometers per g of gravity, and a rig file declares polarity by the
+specific force: signs are not held against each other."""
 _COMPONENT = re.compile(r"k_([xyz])_[a-z0-9]+_per_[a-z0-9]+")
-_UNITS: Final[Mapping[tuple[str, str], Mapping[float, str]]] = {
-    ("v", "g"): {1e6: "microvolts", 1e3: "millivolts", 1e-3: "kilovolts, or the declared ones like millivolts per g"},
-    ("g", "g"): {1e6: "µg", 1e3: "mg", 9.80665: "m/s²"},
-    ("mps2", "g"): {1e3: "mm/s²", 102.0: "mg", 0.102: "g"},
-    ("dps", "dps"): {3600.0: "°/h", 1e3: "thousandths of °/s", 60.0: "°/min", 0.01745: "rad/s"},
-    ("ut", "ut"): {1e3: "nT", 10.0: "mG", 1e-2: "gauss", 1e-6: "tesla"},
+_UNITS: Final[Mapping[str, Mapping[float, str]]] = {
+    "v": {1e6: "microvolts", 1e3: "millivolts", 1e-3: "kilovolts, or what is declared like millivolts"},
+    "g": {1e6: "µg", 1e3: "mg", 9.80665: "m/s²"},
+    "mps2": {1e3: "mm/s²", 102.0: "mg", 0.102: "g"},
+    "dps": {3600.0: "°/h", 1e3: "thousandths of °/s", 60.0: "°/min", 0.01745: "rad/s"},
+    "ut": {1e3: "nT", 10.0: "mG", 1e-2: "gauss", 1e-6: "tesla"},
 }
-"""Of unit and quantity, what was read over what is declared, to the unit that would make them agree."""
+"""Of the unit that is said, what was read over what is nominal, to the unit that would make them agree."""
 _NOT_USABLE: Final = (
     "offset and sensitivity belong to something else than the name of this axis says; the result is not usable and "
     "there is no coefficient set"
@@ -158,7 +158,7 @@ def _stated(nominal: NominalSensitivity) -> str:
 
 def _likely(nominal: NominalSensitivity, ratio: float) -> str:
     """Return what is likely wrong, by how many times the nominal sensitivity was read."""
-    for factor, unit in _UNITS.get((nominal.unit, nominal.per), {}).items():
+    for factor, unit in _UNITS.get(nominal.unit, {}).items():
         if _ALIKE * factor <= ratio <= factor / _ALIKE:
             return f"the numbers look like {unit}"
     if ratio < _CROSS_TALK:
@@ -180,7 +180,8 @@ def contradicted_axis(
     if nearest != declared.axis:
         weights[at[declared.axis]] = -1.0 if k[declared.axis] > 0.0 else 1.0
     ahead, u = float(weights @ primary), float(np.sqrt(max(float(weights @ covariance @ weights), 0.0)))
-    polarity = None if model.convention == _PER_GRAVITY else declared.polarity
+    is_per_gravity = model.convention == _PER_GRAVITY and model.primary_names[at[declared.axis]].endswith("_per_g")
+    polarity = None if is_per_gravity else declared.polarity
     sign = polarity or 1
     sense = (1 if k[nearest] > 0.0 else -1) * sign
     is_another = nearest != declared.axis
