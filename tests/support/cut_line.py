@@ -17,6 +17,10 @@ class CutLine:
         self._lock = threading.Lock()
         self._refusals = 0
         self.callers = 0
+        self.heard = bytearray()
+        """What callers sent."""
+        self.is_single = False
+        """It turns a caller away while another one is connected, as some device servers do."""
 
     def cut(self, refusals: int) -> None:
         with self._lock:
@@ -38,14 +42,14 @@ class CutLine:
                 return
             self.callers += 1
             with self._lock:
-                if self._refusals:
-                    self._refusals -= 1
+                if self._refusals or (self.is_single and any(map(_is_there, self._pairs[::2]))):
+                    self._refusals -= self._refusals > 0
                     _hang_up(caller)
                     continue
                 twin = socket.create_connection(self._target)
                 self._pairs += [caller, twin]
-            for source, sink in ((caller, twin), (twin, caller)):
-                threading.Thread(target=_relay, args=(source, sink), daemon=True).start()
+            for ends in ((caller, twin, self.heard), (twin, caller, bytearray())):
+                threading.Thread(target=_relay, args=ends, daemon=True).start()
 
     def close(self) -> None:
         _hang_up(self._listener)
@@ -58,9 +62,19 @@ def _hang_up(end: socket.socket) -> None:
     end.close()
 
 
-def _relay(source: socket.socket, sink: socket.socket) -> None:
+def _is_there(caller: socket.socket) -> bool:
+    try:
+        return caller.recv(1, socket.MSG_PEEK | socket.MSG_DONTWAIT) != b""
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+
+
+def _relay(source: socket.socket, sink: socket.socket, heard: bytearray) -> None:
     try:
         while data := source.recv(4096):
+            heard += data
             sink.sendall(data)
     except OSError:
         return

@@ -64,11 +64,14 @@ def test_a_line_that_stays_away_is_known_by_its_address_and_nobody_can_look_at_i
         "is_given_back": True,
     }
     with socket.create_server(("127.0.0.1", 0)) as listener:
-        _say(ours, guard, {"lines": [{**away, "address": f"socket://127.0.0.1:{listener.getsockname()[1]}"}]})
+        address = f"socket://127.0.0.1:{listener.getsockname()[1]}"
+        _say(ours, guard, {"lines": [{**away, "address": address}]})
         guard.looked_s -= LONGEST_READING_S + 1.0
         assert guard.why_stop() == ""
         assert guard.stop_axes() == {"roll": STOP_SENT}
         caller, _ = listener.accept()
         with caller:
             assert caller.recv(4) == b"stop"
+            _say(ours, guard, {"lines": [{**away, "address": address}]})
+            assert caller.recv(4) == b"", "the engine is about to open it, and some lines take one caller alone"
     guard.take([])

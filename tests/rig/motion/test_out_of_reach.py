@@ -13,6 +13,9 @@ from rig.assembly.simulate import SimulatedRig
 from rig.clock import SystemClock
 from rig.description.read import read_rig
 from rig.errors import DeviceFault, LinkLost
+from rig.guard.ask import of_rig, stop
+from rig.guard.outcomes import STOP_SENT
+from rig.guard.process import TIMES
 from rig.motion.jog import turn_for
 from rig.motion.move import home_and_arrive
 from rig.motion.out_of_reach import open_in_time, out_of_reach
@@ -163,6 +166,27 @@ def test_who_opens_all_lines_again_and_again_calls_at_those_alone_that_stay_away
         assert set(rig.identities()) >= {"axes.roll", "readouts.dmm"}
         rig.reconnect()
         assert line.callers == 4, "nothing stays away: whatever fell silent is opened anew"
+
+
+def test_a_line_that_the_stop_guard_opened_by_itself_is_given_back_to_who_opens_it(tmp_path: Path) -> None:
+    """Somebody had the axes stopped while it was closed here; its device server takes one caller at a time."""
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, simulated):
+        rig.axes["roll"].start_rate(RATE_DPS)  # type: ignore[attr-defined]
+        line.cut(refusals=1)
+        assert rig.open_lost(rig.clock.monotonic_s() + 10.0)
+        line.is_single = True
+        line.heard.clear()
+        (guard,) = of_rig(str(tmp_path / "ports.toml"))
+        told = stop(guard, ["roll"], "ann")
+        assert told is not None
+        assert told["roll"] == STOP_SENT
+        until_s = CLOCK.monotonic_s() + 10.0
+        while line.heard.count(b"stop") < TIMES:
+            assert CLOCK.monotonic_s() < until_s
+            CLOCK.sleep(0.02)
+        assert _rate_dps(simulated) == 0.0
+        assert rig.open_lost(rig.clock.monotonic_s() + 10.0) == ""
+        assert rig.axes["roll"].identify()
 
 
 def test_while_an_axis_that_turns_is_away_no_time_goes_to_other_lines(tmp_path: Path) -> None:
