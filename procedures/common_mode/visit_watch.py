@@ -76,6 +76,8 @@ class _Visit:
     dwells: tuple[DwellRecord, ...]
     taken: int
     """Dwells learned from when it began."""
+    learned_before_turn: int | None = None
+    """Of these, those of before the turn that it shows; None where it shows none."""
 
     @property
     def at(self) -> dict[Attitude, DwellRecord]:
@@ -102,9 +104,7 @@ class VisitWatch:
         self._opening = OpeningChecks(self._plateau_of)
         self._open: dict[int, DwellRecord] = {}
         self._visits: list[_Visit] = []
-        self._superseded: list[_Visit] = []
-        self._learned_before_turn: int | None = None
-        """Dwells that the scatter from before the last turn is known from; None where none was found."""
+        """In the order in which they were completed."""
         self._since: list[int] = []
         """Steps of the design since the last visit."""
         self._accepted = frozenset(accepted)
@@ -142,12 +142,15 @@ class VisitWatch:
         self._visits = [visit for visit in self._visits if visit.number != visit_number]  # one that was taken back
         judged = self._judged(visit)
         if judged is not None and judged.findings:
-            # It is told once: what comes is compared with this visit, unless it is taken back.
-            self._visits, self._superseded = [], self._visits
-            self._learned_before_turn = judged.learned
+            visit = replace(visit, learned_before_turn=judged.learned)
         self._visits.append(visit)
         self._since.clear()
         return judged
+
+    def _since_turn(self) -> list[_Visit]:
+        """Return the visits from the last that showed a turn: it is told once, and what comes is compared with it."""
+        turns = [index for index, visit in enumerate(self._visits) if visit.learned_before_turn is not None]
+        return self._visits[max(turns, default=0) :]
 
     def _reach(self, epoch: int) -> None:
         """Begin anew where a person accepted a step: what comes stands as its check set stood.
@@ -157,7 +160,7 @@ class VisitWatch:
         accepted = max((first for first in self._accepted if first <= epoch), default=0)
         if accepted > self._first_epoch:
             self._first_epoch = accepted
-            self._visits, self._superseded, self._learned_before_turn = [], [], None
+            self._visits.clear()
             self._since.clear()
             self.known.forget_attitudes()
 
@@ -166,13 +169,10 @@ class VisitWatch:
         gone = set(steps)
         self._opening.take_back(gone)
         broken = [visit for visit in self._visits if not gone.isdisjoint(dwell.step for dwell in visit.dwells)]
-        is_turn_gone = bool(broken) and broken[0] is self._visits[0]
-        earlier = self._superseded if is_turn_gone else []
-        if is_turn_gone and not earlier:
-            self._learned_before_turn = None
-        self._visits = [*earlier, *(visit for visit in self._visits if visit not in broken)]
-        for visit in broken:
-            self._open = self._open or {dwell.step: dwell for dwell in visit.dwells}
+        for visit in self._since_turn():
+            if visit in broken:
+                self._open = self._open or {dwell.step: dwell for dwell in visit.dwells}
+        self._visits = [visit for visit in self._visits if visit not in broken]
         self._open = {step: dwell for step, dwell in self._open.items() if step not in gone}
         self._since = [step for step in self._since if step not in gone]
 
@@ -197,9 +197,11 @@ class VisitWatch:
         attitude of both shows a new turn for sure, or where nothing judges it; the scatter is that from before the
         turn, which would hide a further one.
         """
-        if not self._is_watching or self._learned_before_turn is None or not self._visits:
+        visits = self._since_turn()
+        learned = visits[0].learned_before_turn if visits else None
+        if not self._is_watching or learned is None:
             return False
-        visited = self._visits[-1].at
+        visited = visits[-1].at
         after = [dwell for dwell in checks.values() if attitude_of(dwell) in visited]
         before = [visited[attitude_of(dwell)] for dwell in after]
         is_shown = any(abs(dwell.targets_deg.get("pitch", 0.0)) <= STEEPEST_DEG for dwell in after)
@@ -208,11 +210,11 @@ class VisitWatch:
         if not is_surely_shown or len(mountings) > 1 or not all(is_alike(dwell.step) for dwell in before):
             return False
         earlier, later = ([at_declared(dwell, self._chains) for dwell in dwells] for dwells in (before, after))
-        found = self._compared(earlier, later, "since the visit before", self._learned_before_turn, ())
+        found = self._compared(earlier, later, "since the visit before", learned, ())
         return found is not None and not found.findings
 
     def _judged(self, visit: _Visit) -> Judged | None:
-        alike = [earlier for earlier in self._visits if self._is_alike(earlier, visit)]
+        alike = [earlier for earlier in self._since_turn() if self._is_alike(earlier, visit)]
         if not alike:
             return self._judged_by_checks(visit)
         last, first = alike[-1], alike[0]

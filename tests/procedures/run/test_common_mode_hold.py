@@ -373,6 +373,39 @@ def test_a_visit_that_is_taken_back_in_part_is_compared_as_it_was_measured_again
     assert not any(visit.findings for visit in judged)
 
 
+def test_a_visit_that_is_taken_back_leaves_no_trace_of_the_turn_that_it_showed(three: Bench, tmp_path: Path) -> None:
+    """Nor is one that is taken back behind it compared with any more."""
+    assert three.run(tmp_path / "run").state is State.FINISHED
+    dwells = [dwell for dwell in dwells_of(tmp_path / "run") if dwell.accepted]
+    references = [dwell for dwell in dwells if dwell.purpose == "reference"]
+    of_visit = len(references) // 4
+    first, second = ({dwell.step for dwell in references[of_visit * n : of_visit * (n + 1)]} for n in (0, 1))
+    checks = {dwell.step: dwell for dwell in dwells if dwell.purpose == "check"}
+
+    def turned(dwell: DwellRecord) -> DwellRecord:
+        readings = {name: replace(it, samples=it.samples + 5e-3) for name, it in dwell.readings.items()}
+        return replace(dwell, readings=readings)
+
+    watch, told = VisitWatch(three.plan, {}), []
+    for dwell in dwells:
+        if dwell.step in second:
+            told += [judged for judged in [watch.take(turned(dwell))] if judged is not None]
+            if told:
+                assert told[0].findings
+                watch.take_back(second)
+                told += [watch.take(again) for again in dwells if again.step in second]
+                break
+        else:
+            watch.take(dwell)
+    assert told[-1] is not None
+    assert (told[-1].between, told[-1].findings) == ("between visits 1 and 2", ())
+    assert not watch.stands_as_since_the_turn(checks, lambda _step: True)
+    watch.take_back(first)
+    rest = dwells[dwells.index(references[2 * of_visit - 1]) + 1 :]
+    (third, *_) = [judged for judged in map(watch.take, rest) if judged is not None]
+    assert third.between == "between visits 2 and 3"
+
+
 FIRST = 9 * 7
 """Readings of nine channels: six check dwells and one of the design."""
 
