@@ -139,7 +139,7 @@ class Supervisor:
         self._stop_all_under_way()
         return MotionBreach(
             f"{culprit.name}: {breach} (axes.{culprit.name}: limits_deg, speed_dps, arrival_tolerance_deg); {outcome};"
-            " see who or what moved it, then home it"
+            " see who or what moved it, then home it; one that you turned by hand needs no more than that"
         )
 
 

@@ -16,9 +16,9 @@ CLOCK = SystemClock()
 WITHIN_S = 60.0
 
 
-def _until(bench: Bench, words: str) -> None:
+def _until(bench: Bench, words: str, times: int = 1) -> None:
     until_s = CLOCK.monotonic_s() + WITHIN_S
-    while words not in (text := f"{[line.text for line in bench.view.messages]}"):
+    while (text := f"{[line.text for line in bench.view.messages]}").count(words) < times:
         assert CLOCK.monotonic_s() < until_s, text
         bench.guard.answer()
         CLOCK.sleep(0.02)
@@ -41,8 +41,13 @@ def test_nothing_moves_while_a_meter_is_out_and_the_bench_goes_on_when_it_is_bac
                     bench.ask(GoTo("roll", 10.0))
                     _until(bench, "nothing moves until every line is open again")
                     assert simulated.world.attitude_deg("roll", CLOCK.monotonic_s()) == 0.0
+                    simulated.world.slip("roll", 1.0, CLOCK.monotonic_s(), seen=True)
+                    _until(bench, "roll: was moved, though nothing told it to: left at 0°, now at 1°")
+                    _until(bench, "home it; one that you turned by hand needs no more than that")
                     dead.cut(refusals=0)
                     _until(bench, ", 'every line is open again'")
+                    bench.ask(Home("roll"))
+                    _until(bench, "roll: homed", times=2)
                     bench.ask(GoTo("roll", 10.0))
                     _until(bench, "roll: at rest at +10.0")
                 finally:
