@@ -38,6 +38,10 @@ class DeviceNonsense(RigError):
     """A reply that cannot be an answer to the question: noise, wrong baud rate, another device."""
 
 
+class LineNotQuiet(DeviceNonsense):
+    """A line in doubt on which something talks on and on: nothing was asked, and asking again would wait as long."""
+
+
 class DeviceRefused(RigError):
     """The device understood and said no: its own error text is in the message."""
 

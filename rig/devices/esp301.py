@@ -80,8 +80,13 @@ class Esp301Controller:
     def version(self) -> str:
         return self._ask(wire.ask("VE"), wire.decode_version, "the version of an ESP300, ESP301 or ESP302")
 
-    def command(self, *commands: Command) -> list[ErrorRecord]:
-        """Send once; the errors that came of it. Older ones are kept for :meth:`take_errors`."""
+    def command(self, *commands: Command, is_stop: bool = False) -> list[ErrorRecord]:
+        """Send once, a stop also before a line in doubt is quiet; return the errors that came of it.
+
+        Older ones are kept for :meth:`take_errors`.
+        """
+        if is_stop:
+            self._exchange.write_in_doubt(wire.encode(*commands))
         with self.turn:
             self._file(self._read_errors())
             self._exchange.tell(wire.encode(*commands))
@@ -147,10 +152,7 @@ class Esp301Controller:
         )
 
     def _next_error(self) -> ErrorRecord:
-        """Read one record, which takes it out of the queue.
-
-        Where the question was repeated, one may be lost.
-        """
+        """Read one record, which takes it out of the queue; where the question was repeated, one may be lost."""
         repeated = self._exchange.counts.repeated
         error = self._ask(wire.ask("TB"), wire.decode_error, "an error record")
         self.doubts += self._exchange.counts.repeated > repeated
@@ -252,7 +254,7 @@ class Esp301Axis:
         """Brake. Stopping a home search leaves no home."""
         if self._home == "searching":
             self._home = "none"
-        self._controller.command(Command("ST", self._settings.axis))
+        self._controller.command(Command("ST", self._settings.axis), is_stop=True)
 
     def stop_steps(self) -> Sequence[StopStep]:
         return (StopStep(wire.encode(Command("ST", self._settings.axis))),)
@@ -275,10 +277,7 @@ class Esp301Axis:
         return ""
 
     def _position_deg(self) -> tuple[float, bool]:
-        """Return the table angle of an axis that says it rests, and whether two answers agreed.
-
-        It is asked until they do.
-        """
+        """Return the table angle of an axis that says it rests, and whether two answers agreed; asked until they do."""
         position_deg = self._controller.ask_number("TP", self._settings.axis)
         for _ in range(_LOOKS):
             before_deg, position_deg = position_deg, self._controller.ask_number("TP", self._settings.axis)

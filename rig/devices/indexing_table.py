@@ -292,6 +292,7 @@ class IndexingTableAxis:
         if self._home == "searching":
             self._home = "none"
         self._bound_for_deg = None
+        self._exchange.write_in_doubt(self._codec.encode_command(Stop(self._number)))
         self._ask(Stop(self._number))
         if self._codec.is_bare(Stop):
             self._exchange.doubt()  # whatever is said to it must not be taken for the next answer

@@ -64,6 +64,9 @@ class MaestroController:
                 " went to its home and positions are lost; look for the cause, then home every axis"
             )
 
+    def write_in_doubt(self, slow: bytes) -> None:
+        self._exchange.write_in_doubt(slow)
+
     def poll_errors(self) -> Errors:
         """Read, and thereby clear, the error register."""
         bits = Errors(self._ask([Request(wire.GET_ERRORS)], 2, wire.decode_word, wire.ALL_ERRORS))
@@ -213,9 +216,11 @@ class MaestroAxis:
         Under a limit of acceleration it would run on, ramp down and come back. The limit is lifted behind the target,
         so that a servo without a limit of speed does not jump to where it was going, and the target is sent again, for
         no page says that a limit that is lifted counts before the next target. Nothing is sent to a servo that stands.
+        On a line in doubt, which may never be quiet, it is slowed before it is asked.
         A digit of one answer that the line turned over moves no servo: that answer is off its way, or the other one is
         of the target. A servo that really left its way says so both times, and is stopped where it is.
         """
+        self._controller.write_in_doubt(self.stop_steps()[0].send)
         looks = list[int]()
         for _ in range(2):
             position = self._ask_position()

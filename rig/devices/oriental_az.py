@@ -126,6 +126,7 @@ class OrientalAzAxis:
         )
 
     def stop(self) -> None:
+        self._modbus.write_in_doubt(*(step.send for step in self.stop_steps()))
         self._input(wire.STOP, idempotent=True)
 
     def stop_steps(self) -> Sequence[StopStep]:

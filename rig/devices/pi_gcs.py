@@ -112,6 +112,7 @@ class PiGcsAxis:
 
     def stop(self) -> None:
         """Stop every axis of the controller; the error 10 behind it is the sign that it was obeyed."""
+        self._exchange.write_in_doubt(wire.STOP)
         with self._turn:
             self._exchange.tell(wire.STOP)
             error = self._error()

@@ -165,11 +165,16 @@ class ZaberAxis:
         )
 
     def stop(self) -> None:
+        self._chain.exchange.write_in_doubt(self._stop_unasked)
         self._ask("stop")
 
     def stop_steps(self) -> Sequence[StopStep]:
         """Return the stop, without an id: whoever sends it waits for no reply."""
-        return (StopStep(wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))),)
+        return (StopStep(self._stop_unasked),)
+
+    @property
+    def _stop_unasked(self) -> bytes:
+        return wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))
 
     def _prepare(self) -> None:
         """Compare the stage's scale with the file's, and once its travel, and see the file's speed taken.

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
-from rig.errors import DeviceNonsense, DeviceSilent
+from rig.errors import DeviceNonsense, DeviceSilent, LineNotQuiet
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.symptoms import remedy
@@ -64,6 +64,14 @@ class Exchange:
         self._clear_the_line()
         self.stream.write(request)
 
+    def write_in_doubt(self, stop: bytes) -> None:
+        """Write a stop on a line in doubt before it is quiet, which it may never be; nothing where it goes at once.
+
+        It is told again as any request. Raises: LinkLost, LinkClosed.
+        """
+        if self._is_in_doubt:
+            self.stream.write(stop)
+
     def ask(
         self,
         request: bytes,
@@ -91,7 +99,7 @@ class Exchange:
             except (DeviceSilent, DeviceNonsense) as error:
                 self._is_in_doubt = True
                 self._count(error)
-                if attempt == attempts:
+                if attempt == attempts or isinstance(error, LineNotQuiet):
                     raise
                 self.counts.repeated += 1
         raise AssertionError("a question is asked at least once")
@@ -128,15 +136,22 @@ class Exchange:
         self._is_in_doubt = True
 
     def wait_for_quiet(self) -> None:
-        """Take and count what still arrives until the line has been silent for ``quiet_s``. Raises: DeviceNonsense."""
-        clock = self.stream.clock
-        limit_s = clock.monotonic_s() + self.patience.quiet_limit_s
-        taken = 0
-        while stale := self.stream.read(clock.monotonic_s() + self.patience.quiet_s):
+        """Take and count what still arrives until the line has been silent for ``quiet_s``. Raises: LineNotQuiet.
+
+        Whole lines that a device lawfully says unasked are no answers that come late, and break no silence.
+        """
+        clock, quiet_s = self.stream.clock, self.patience.quiet_s
+        silent_since_s = clock.monotonic_s()
+        limit_s = silent_since_s + self.patience.quiet_limit_s
+        taken, rest = 0, b""
+        while stale := self.stream.read(quiet_s + (clock.monotonic_s() if rest else silent_since_s)):
             taken += len(stale)
             self.counts.stale_bytes += len(stale)
+            *lines, rest = (rest + stale).split(self._terminator)
+            if not all(map(self._is_aside, lines)):
+                silent_since_s = clock.monotonic_s()
             if clock.monotonic_s() >= limit_s or taken > LONGEST_REPLY:
-                raise DeviceNonsense(
+                raise LineNotQuiet(
                     f"{self.stream.name}: the line does not fall quiet within {self.patience.quiet_limit_s:g} s:"
                     f" {taken} bytes came, the last {stale[-40:]!r}; nothing was sent; check what else talks on it"
                 )

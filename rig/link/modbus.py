@@ -21,7 +21,7 @@ from pymodbus.pdu.register_message import (
     WriteSingleRegisterRequest,
 )
 
-from rig.errors import DeviceNonsense, DeviceSilent
+from rig.errors import DeviceNonsense, DeviceSilent, LineNotQuiet
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
 from rig.link.exchange import Patience
@@ -90,6 +90,16 @@ class ModbusRtu:
         attempts = self._patience.attempts if idempotent else 1
         self._repeated(lambda: self._write_many(address, list(values)), attempts)
 
+    def write_in_doubt(self, *frames: bytes) -> None:
+        """Write the frames of a stop on a line in doubt before it is quiet; nothing where they go at once.
+
+        Raises: LinkLost, LinkClosed.
+        """
+        if self._is_in_doubt:
+            for frame in frames:
+                self.stream.write(frame)
+                self.stream.clock.sleep(self._gap_s)
+
     def write_frame(self, address: int, values: Sequence[int]) -> bytes:
         """Return the frame that :meth:`write_registers` would send."""
         return self._framer.buildFrame(
@@ -124,7 +134,7 @@ class ModbusRtu:
                 self._is_in_doubt = True
                 self.counts.silent += isinstance(error, DeviceSilent)
                 self.counts.nonsense += isinstance(error, DeviceNonsense)
-                if attempt == attempts:
+                if attempt == attempts or isinstance(error, LineNotQuiet):
                     raise
                 self.counts.repeated += 1
         raise AssertionError("a question is asked at least once")
@@ -162,7 +172,7 @@ class ModbusRtu:
         while stale := self.stream.read(clock.monotonic_s() + self._patience.quiet_s):
             taken += len(stale)
             if clock.monotonic_s() >= limit_s:
-                raise DeviceNonsense(f"{self.stream.name}: the line does not fall quiet; check what else talks on it")
+                raise LineNotQuiet(f"{self.stream.name}: the line does not fall quiet; check what else talks on it")
         self.counts.stale_bytes += taken
         return taken
 

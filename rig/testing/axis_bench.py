@@ -21,19 +21,30 @@ from rig.twins.twin import Twin
 ANSWER_S = 0.3
 
 
+TALK_S = 0.05
+"""From one part to the next, of a line on which something talks on and on."""
+
+
 class LossyStream:
-    """A line that loses one of the parts it hears: number ``loses``, from 0, since ``heard`` was set back."""
+    """A line that loses one of the parts it hears: number ``loses``, from 0, since ``heard`` was set back.
+
+    Where it ``says`` something, that comes on and on, in place of every answer.
+    """
 
     def __init__(self, inner: ByteStream) -> None:
         self.name, self.clock = inner.name, inner.clock
         self.heard = 0
         self.loses: int | None = None
+        self.says = b""
         self._inner = inner
 
     def write(self, data: bytes) -> None:
         self._inner.write(data)
 
     def read(self, deadline_s: float) -> bytes:
+        if self.says:
+            self.clock.sleep(min(TALK_S, max(deadline_s - self.clock.monotonic_s(), 0.0)))
+            return self.says
         while data := self._inner.read(deadline_s):
             self.heard += 1
             if self.heard - 1 != self.loses:

@@ -14,6 +14,7 @@ from rig.testing.axis_bench import AxisBench
 from rig.testing.law import expect, expect_near
 
 REST_S = 5.0
+NOISE = b"\x15~ 4711 ~\r\n"
 WAKES_AT = 1.4
 """Times the speed of the rig file: below what the supervisor takes for a runaway."""
 TOO_FAST = 1.1
@@ -28,6 +29,7 @@ def keep_axis_safe(
     """
     with AxisBench(description, name) as bench:
         keep_stop_steps(bench, ends_deg, close_deg)
+        keep_stop_heard(bench, ends_deg)
         keep_starts_single(bench, ends_deg)
         keep_home_honest(bench, ends_deg[0], close_deg)
     if sets_speed:
@@ -74,6 +76,37 @@ def keep_stop_steps(bench: AxisBench, ends_deg: tuple[float, float], close_deg: 
         bench.start_rate()
         bench.clock.sleep(2.0)
         _stopped_by(bench, steps, "turns at a rate")
+
+
+def keep_stop_heard(bench: AxisBench, ends_deg: tuple[float, float]) -> None:
+    """Stop it over a line that was opened anew and never falls quiet: the stop is written before anything is heard.
+
+    What a machine is slowed by, and stopped by what it answers, is not held to it, nor is a person.
+    """
+    assert isinstance(bench.axis, Stoppable)
+    steps = bench.axis.stop_steps()
+    if not steps or any(step.aim is not None for step in steps):
+        return
+    from_deg, to_deg = ends_deg
+    home_and_arrive(bench.axis, bench.clock, bench.clock.sleep)
+    move_and_arrive(bench.axis, from_deg, bench.clock, bench.clock.sleep)
+    bench.axis.start_move(to_deg)
+    if bench.axis.state().awaits_operator:
+        stop_all({bench.name: bench.axis}, bench.clock)
+        return
+    _half_way(bench, from_deg, to_deg)
+    bench.reconnect()
+    bench.line.says = NOISE
+    with suppress(RigError):  # that nobody knows whether it stands is an answer
+        bench.axis.stop()
+    bench.clock.sleep(REST_S)
+    bench.line.says = b""
+    rested_deg = bench.true_deg
+    tolerance_deg = max(bench.axis.arrival_tolerance_deg, 0.5)
+    sentence = f"{bench.name}: its stop was not sent over a line that does not fall quiet: it goes on"
+    expect(abs(rested_deg - to_deg) > tolerance_deg, sentence)
+    bench.clock.sleep(REST_S)
+    expect(bench.true_deg == rested_deg, sentence)
 
 
 def _stopped_by(bench: AxisBench, steps: tuple[StopStep, ...], what_it_does: str) -> float:

@@ -104,10 +104,15 @@ class Turner:
         )
 
     def stop(self) -> None:
+        self._exchange.write_in_doubt(self._stop)  # a line on which something talks on and on keeps no stop back
         self._ask(codec.STOP)
 
     def stop_steps(self) -> Sequence[StopStep]:
-        return (StopStep(codec.encode(Frame(self._settings.drive, codec.STOP))),)
+        return (StopStep(self._stop),)
+
+    @property
+    def _stop(self) -> bytes:
+        return codec.encode(Frame(self._settings.drive, codec.STOP))
 
     def _prepare(self) -> None:
         """Tell the drive its speed and read it back. Raises: DeviceFault."""

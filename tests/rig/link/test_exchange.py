@@ -1,3 +1,5 @@
+from itertools import cycle
+
 import pytest
 from gpib_rig import virtual_clock
 from hypothesis import given, settings
@@ -35,18 +37,19 @@ class Echo:
 
 
 class Babbler(Echo):
-    """Never falls quiet: says something every ``pause_s``."""
+    """Never falls quiet: says something every ``pause_s``, and answers beside."""
 
-    def __init__(self, pause_s: float) -> None:
+    def __init__(self, pause_s: float, *says: bytes) -> None:
         super().__init__()
         self.pause_s = pause_s
+        self.says = cycle(says or (b"noise ",))
         self.next_s = 0.0
 
     def transmit(self, now_s: float) -> bytes:
         if now_s < self.next_s:
-            return b""
+            return super().transmit(now_s)
         self.next_s = now_s + self.pause_s
-        return b"noise "
+        return super().transmit(now_s) + next(self.says)
 
     def next_event_s(self) -> float | None:
         return self.next_s
@@ -149,7 +152,35 @@ def test_a_line_that_never_falls_quiet_is_refused(pause_s: float) -> None:
     exchange = exchange_over(Babbler(pause_s))
     with pytest.raises(DeviceNonsense, match="does not fall quiet within 2 s"):
         ask(exchange, b"A")
-    assert exchange.stream.clock.monotonic_s() < PATIENCE.attempts * (PATIENCE.quiet_limit_s + PATIENCE.quiet_s)
+    assert exchange.stream.clock.monotonic_s() <= PATIENCE.quiet_limit_s + PATIENCE.quiet_s
+
+
+def test_what_is_lawfully_said_unasked_breaks_no_silence_whole_or_in_pieces() -> None:
+    """A stage that sends alerts on and on is asked as soon as no late answer can come."""
+    for pause_s, *says in (
+        (0.02, b"!idle\r\n"),
+        (0.15, b"!idle\r\n!idle\r\n"),
+        (0.02, b"dle\r\n!i", b"dle\r\n", b"!i"),
+    ):
+        stream = MemoryStream(Babbler(pause_s, *says), virtual_clock(), "stage")
+        exchange = Exchange(stream, patience=PATIENCE, is_aside=lambda line: line.startswith(b"!"))
+        exchange.wait_for_quiet()
+        assert stream.clock.monotonic_s() < PATIENCE.quiet_limit_s / 2.0, says
+    stream = MemoryStream(Babbler(0.02, b"!idle\r\n"), virtual_clock(), "stage")
+    assert ask(Exchange(stream, patience=PATIENCE, is_aside=lambda line: line.startswith(b"!")), b"A") == 1
+
+
+def test_a_stop_is_written_at_once_where_the_line_is_in_doubt_and_once_where_it_is_not() -> None:
+    device = Babbler(0.05)
+    exchange = exchange_over(device)
+    exchange.write_in_doubt(b"STOP\r\n")
+    assert device.questions == [b"STOP"]
+    assert exchange.stream.clock.monotonic_s() == 0.0
+    quiet = Echo()
+    exchange = exchange_over(quiet)
+    ask(exchange, b"A")
+    exchange.write_in_doubt(b"STOP\r\n")
+    assert quiet.questions == [b"A"]
 
 
 def test_a_lost_line_is_not_asked_again() -> None:

@@ -84,6 +84,11 @@ MUTANTS: dict[str, tuple[str, Callable[[Callable[..., Any]], Callable[..., Any]]
         _constant(_steps(99)),
         GOES_ON,
     ),
+    "a stop waits for silence": (
+        "stop",
+        _constant(lambda axis: axis._ask(3)),
+        "its stop was not sent over a line that",
+    ),
     "always homed": ("state", _always_homed, "its power failed at 60°, and it says that it is homed: got 25"),
     "a start is repeated": ("_ask", _asks_again, "was started 2 times where one answer was lost, need 1"),
     "the speed is not sent": ("_prepare", _constant(lambda _axis: None), "it does not go at speed_dps = 8"),
