@@ -7,7 +7,10 @@ from contextlib import contextmanager, suppress
 
 
 class CutLine:
-    """Relays ``address``; :meth:`cut` hangs up on everybody and turns away the next callers."""
+    """Relays ``address``; :meth:`cut` hangs up on everybody and turns away the next callers.
+
+    What it ``says`` goes to every caller from then on, again and again, beside what is relayed.
+    """
 
     def __init__(self, address: str) -> None:
         self.lead_to(address)
@@ -16,6 +19,7 @@ class CutLine:
         self._pairs: list[socket.socket] = []
         self._lock = threading.Lock()
         self._refusals = 0
+        self.says = b""
         self.callers = 0
         self.heard = bytearray()
         """What callers sent."""
@@ -48,6 +52,8 @@ class CutLine:
                     continue
                 twin = socket.create_connection(self._target)
                 self._pairs += [caller, twin]
+                if self.says:
+                    threading.Thread(target=_talk, args=(caller, self.says), daemon=True).start()
             for ends in ((caller, twin, self.heard), (twin, caller, bytearray())):
                 threading.Thread(target=_relay, args=ends, daemon=True).start()
 
@@ -69,6 +75,13 @@ def _is_there(caller: socket.socket) -> bool:
         return True
     except OSError:
         return False
+
+
+def _talk(caller: socket.socket, says: bytes) -> None:
+    pause = threading.Event()
+    with suppress(OSError):
+        while not pause.wait(0.02):
+            caller.sendall(says)
 
 
 def _relay(source: socket.socket, sink: socket.socket, heard: bytearray) -> None:

@@ -67,6 +67,37 @@ def test_an_axis_whose_line_is_reset_while_it_turns_by_hand_is_stopped_when_the_
         assert line.callers > REFUSALS
 
 
+def test_a_stage_that_sends_its_alerts_on_and_on_is_stopped_and_seen_to_stand(
+    tmp_path: Path,
+) -> None:
+    """Alerts as in Zaber's ASCII protocol manual, "Alerts": a state that changed, told unasked."""
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, simulated):
+
+        def wait(duration_s: float) -> None:
+            rig.clock.sleep(duration_s)
+            line.says = b"!01 1 IDLE --\r\n"
+            line.cut(REFUSALS)
+
+        with pytest.raises(LinkLost, match="what was sent last is in doubt"):
+            turn_for(rig, "roll", RATE_DPS, 60.0, wait)
+        assert _rate_dps(simulated) == 0.0
+
+
+def test_a_stage_on_a_line_that_is_never_quiet_again_is_stopped_though_nobody_can_see_it(tmp_path: Path) -> None:
+    with _at_a_line_that_breaks(tmp_path) as (rig, line, simulated):
+        began_s = CLOCK.monotonic_s()
+
+        def wait(duration_s: float) -> None:
+            rig.clock.sleep(duration_s)
+            line.says = b"\x15~ 4711 ~\r\n"
+            line.cut(REFUSALS)
+
+        with pytest.raises(DeviceFault, match=r"roll: .*does not fall quiet.*; use the stop button at the machine"):
+            turn_for(rig, "roll", RATE_DPS, 60.0, wait)
+        assert _rate_dps(simulated) == 0.0
+        assert CLOCK.monotonic_s() - began_s < 60.0
+
+
 def test_a_line_that_does_not_come_back_is_waited_for_so_long_and_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
