@@ -17,7 +17,6 @@ import numpy as np
 from table_bench import rig_file
 from turning_rig import QUICK_METER, STAGE_FOR_ROLL
 
-from procedures.jog_screen import last_stop
 from procedures.jog_screen.control import Control, Order
 from procedures.jog_screen.guard import LOOK_S
 from procedures.jog_screen.log import ActionLog, Snapshots
@@ -29,6 +28,7 @@ from rig.assembly.open_rig import Rig, open_rig
 from rig.clock import Clock, VirtualClock
 from rig.description.read import read_rig
 from rig.errors import RigError, WaitEnded
+from rig.motion import out_of_reach
 from rig.motion.move import stop_all
 from rig.twins.physics.world import World
 
@@ -292,7 +292,7 @@ def _stop_one_after_the_other(axes: Mapping[str, Axis], clock: Clock) -> None:
 def jog_scene(folder: Path) -> Iterator[JogScene]:
     """A pitch table that positions and a roll stage that turns, both homed."""
     path, clock = rig_file(folder, QUICK_METER, STAGE_FOR_ROLL), StepClock()
-    stops = patch.object(last_stop, "stop_all", _stop_one_after_the_other)
+    stops = patch.object(out_of_reach, "stop_all", _stop_one_after_the_other)
     with stops, open_rig(read_rig(path), clock=clock, rig_file=path) as rig:
         log = ActionLog(folder / "actions.jsonl", clock)
         bench = Bench(rig, log, Snapshots(folder / "snapshots.csv", clock), clock)

@@ -54,7 +54,7 @@ class Bench:
     def open(self) -> None:
         self.axis = self.guard()
         self.alive = self.driver
-        self.rig: Any = SimpleNamespace(axes={"yaw": self.axis}, clock=self.clock)
+        self.rig: Any = SimpleNamespace(axes={"yaw": self.axis}, clock=self.clock, stranger_axes=lambda _names: {})
 
     def waiting(self, looks: int | None, frozen_s: float = 0.0) -> Wait:
         """Return a wait after so many of which the process is killed, or frozen while its stop guard stops the axis."""
