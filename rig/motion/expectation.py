@@ -134,6 +134,8 @@ class Stopping:
 
     resting: Seen | None = None
     """Since when it was seen at one place."""
+    may_move: bool = True
+    """Something that we began before the stop may move it still."""
 
 
 Task = Unknown | Standing | Moving | Homing | Turning | Stopping
@@ -145,6 +147,8 @@ class Watched:
 
     task: Task = Unknown()
     last: Seen | None = None
+    is_nowhere: bool = False
+    """Nobody knows where it stands, by two looks in a row, since a line can turn a digit over."""
 
 
 def expecting_move(watched: Watched, target_deg: float, speed_dps: float) -> Watched:
@@ -165,9 +169,21 @@ def expecting_turn(watched: Watched, rate_dps: float) -> Watched:
     return replace(watched, task=spanned)
 
 
+def expecting_home(watched: Watched) -> Watched:
+    """Return what is expected of an axis that is told to search its home."""
+    task = watched.task
+    return replace(watched, task=Homing(had_zero=isinstance(task, Standing) and task.is_homed))
+
+
 def expecting_stop(watched: Watched) -> Watched:
     """Return what is expected of an axis that is told to stop: one that stands goes on standing."""
-    return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping())
+    return watched if isinstance(watched.task, Standing) else replace(watched, task=Stopping(None, _may_move(watched)))
+
+
+def _may_move(watched: Watched) -> bool:
+    """Return whether something that we began may move it."""
+    task = watched.task
+    return task.may_move if isinstance(task, Unknown | Stopping) else not isinstance(task, Standing)
 
 
 def broken_off(watched: Watched, now_s: float) -> Moving | None:
@@ -199,8 +215,17 @@ def judge(bounds: Bounds, watched: Watched, seen: Seen, *, must_stand: bool = Fa
     """Return what is known after a look, and what the axis does that it was not told; empty where there is nothing.
 
     ``must_stand``: another axis is on its way, or it is about to be told something itself. What nobody has told
-    anything, or rested after its stop, does not move then.
+    anything, or rested after its stop, does not move then. What nobody knew the place of, as of a servo without pulses,
+    has moved where it has one without an order.
     """
+    if watched.is_nowhere and seen.is_known and not _may_move(watched):
+        return Watched(Unknown(), seen), _unordered(seen, "where it stood was not known, and it")
+    known, breach = _by_task(bounds, watched, seen, must_stand=must_stand)
+    was_known = watched.last is None or watched.last.is_known
+    return replace(known, is_nowhere=not (seen.is_known or was_known)), breach
+
+
+def _by_task(bounds: Bounds, watched: Watched, seen: Seen, *, must_stand: bool) -> tuple[Watched, str]:
     task = watched.task
     match task:
         case Standing():
@@ -323,11 +348,11 @@ def after_home(bounds: Bounds, at_deg: float) -> Bounds:
 
 def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:
     if seen.is_moving is not False:
-        return Stopping()
+        return replace(task, resting=None)
     within_deg = band_deg(bounds.tolerance_deg)
     rests = task.resting is not None and abs(seen.position_deg - task.resting.position_deg) <= within_deg
     if not rests:
-        return Stopping(seen)
+        return replace(task, resting=seen)
     assert task.resting is not None
     if seen.answered_s - task.resting.sent_s < AT_REST_S:
         return task

@@ -9,7 +9,6 @@ A command that the line altered may reach another axis: while one moves, those t
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import replace
 from threading import RLock
 from typing import Any, TypeVar
 
@@ -29,6 +28,7 @@ from rig.motion.expectation import (
     Watched,
     after_home,
     broken_off,
+    expecting_home,
     expecting_move,
     expecting_stop,
     expecting_turn,
@@ -88,7 +88,7 @@ class Supervisor:
                     raise
                 except RigError as error:
                     axis.is_silent = True
-                    shares_line = bool(axis.line) and axis.line == moving.line
+                    shares_line = axis in self.on_line_of(moving)
                     if shares_line and moving.is_under_way and isinstance(error, DeviceSilent | LinkLost):
                         raise
 
@@ -107,6 +107,10 @@ class Supervisor:
             self.warden.beat(self._not_standing(), silence_s([(it.task, it.wrap_turns) for it in self._axes.values()]))
             if seen.is_under_way:
                 self._heed()
+
+    def on_line_of(self, axis: "SupervisedAxis") -> list["SupervisedAxis"]:
+        """Return it and those that hear what it is told."""
+        return [other for other in self._axes.values() if other is axis or (axis.line and other.line == axis.line)]
 
     def stop_by_guard(self) -> bool:
         return self.warden is not None and self.warden.stop_now()
@@ -233,9 +237,7 @@ class SupervisedAxis:
             pass  # one in alarm is homed all the same
         self._supervisor.look_at_others(self, only_unknown=True)
         self._supervisor.expect_motion(self, self._way(self._declared.home_deg))
-        task = self._watched.task
-        had_zero = isinstance(task, Standing) and task.is_homed
-        self._expect(replace(self._watched, task=Homing(had_zero=had_zero)), "search its home")
+        self._expect(expecting_home(self._watched), "search its home")
         self._start(self._axis.home)
 
     def stop(self) -> None:
@@ -277,16 +279,14 @@ class SupervisedAxis:
             if state.fault or state.awaits_operator:
                 return state, None
             now_s = self._clock.monotonic_s()
-            seen = Seen(state.position_deg, sent_s, now_s, state.is_moving, state.is_homed, not state.unknown)
-            return state, seen
+            return state, Seen(state.position_deg, sent_s, now_s, state.is_moving, state.is_homed, not state.unknown)
 
         return self._judged(ask, must_stand=must_stand)
 
     def _turn_look(self, clock: Clock) -> TurnLook:
         def ask() -> tuple[TurnLook, Seen | None]:
             look: TurnLook = self._axis.turn_look(clock)
-            spread_s = look.uncertainty_s
-            return look, Seen(look.angle_deg, look.taken_s - spread_s, look.taken_s + spread_s)
+            return look, Seen(look.angle_deg, look.taken_s - look.uncertainty_s, look.taken_s + look.uncertainty_s)
 
         look = self._judged(ask)
         self._look_at_others_now_and_then()
@@ -306,11 +306,12 @@ class SupervisedAxis:
         self._start(lambda: self._axis.start_sweep(target_deg, rate_dps), target_deg)
 
     def _arm_watchdog(self, wait: Wait) -> str:
-        """Positions may be lost by it, and servos may go to their homes."""
+        """Positions may be lost by it, and servos may go to their homes, all of one controller."""
         unknown = Watched(Unknown(may_move=True))
         self._expect(unknown, "prove its watchdog, which may send it elsewhere")
         outcome: str = self._axis.arm_watchdog(wait)
-        self._expect(unknown)
+        for axis in self._supervisor.on_line_of(self):
+            axis._expect(unknown)
         return outcome
 
     def _judged(self, ask: Callable[[], tuple[Answer, Seen | None]], *, must_stand: bool = False) -> Answer:
@@ -364,9 +365,8 @@ class SupervisedAxis:
             memory.answered(self.name)
 
     def _way(self, target_deg: float | None) -> tuple[int, int] | None:
-        if target_deg is None or not isinstance(self._axis, AimedStop):
-            return None
-        return self._axis.stop_way(target_deg)
+        is_led = target_deg is not None and isinstance(self._axis, AimedStop)
+        return self._axis.stop_way(target_deg) if is_led else None
 
     def _before_start(self, target_deg: float | None = None) -> None:
         """Where it starts from must be known, and where the others stand."""

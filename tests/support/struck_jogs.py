@@ -1,7 +1,7 @@
 """``calrig jog`` against machines on TCP whose line strikes one command or one reply of the job."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,7 +91,16 @@ class JogStory:
 @contextmanager
 def jog_bench(folder: Path, driver: str) -> Iterator[JogBench]:
     axis, changes = BENCHES[driver]
-    clock = ScaledClock(FACTOR)
+    with bench_with(folder, driver, axis, changes) as bench:
+        yield bench
+
+
+@contextmanager
+def bench_with(
+    folder: Path, driver: str, axis: str, changes: Sequence[tuple[str, str]], factor: float = FACTOR
+) -> Iterator[JogBench]:
+    """``changes``: of the example rig."""
+    clock = ScaledClock(factor)
     with served(folder, clock, *changes) as (simulated, rig_file):
         address = simulated.addresses[f"axes.{axis}"]
         host, _, port = address.removeprefix("socket://").rpartition(":")
