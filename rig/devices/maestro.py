@@ -33,6 +33,9 @@ from rig.wire.maestro import Errors, MaestroCodec, Request
 from rig.wire.pulses import PulseCalibration
 
 _STOPPED = 1
+_CREEPS_S = 0.1
+"""In it the slowest servo goes on by ten steps of its pulse, and one that just began under the least acceleration by
+six."""
 Reply = TypeVar("Reply")
 
 
@@ -94,6 +97,9 @@ class MaestroController:
 
     def is_script_running(self) -> bool:
         return self._ask([Request(wire.GET_SCRIPT_STATUS)], 1, wire.decode_word, _STOPPED) != _STOPPED
+
+    def let_pass(self, duration_s: float) -> None:
+        self._exchange.stream.clock.sleep(duration_s)
 
     def resynchronise(self) -> None:
         """Bring the line to a known state after a doubt.
@@ -215,23 +221,36 @@ class MaestroAxis:
 
         Under a limit of acceleration it would run on, ramp down and come back. The limit is lifted behind the target,
         so that a servo without a limit of speed does not jump to where it was going, and the target is sent again, for
-        no page says that a limit that is lifted counts before the next target. Nothing is sent to a servo that stands.
+        no page says that a limit that is lifted counts before the next target. A servo that stands is sent nowhere: one
+        on its target, or, where this connection sent it nowhere, on one place now and a tenth of a second later.
         On a line in doubt, which may never be quiet, it is slowed before it is asked.
         A digit of one answer that the line turned over moves no servo: that answer is off its way, or the other one is
         of the target. A servo that really left its way says so both times, and is stopped where it is.
         """
         self._controller.write_in_doubt(self.stop_steps()[0].send)
-        looks = list[int]()
-        for _ in range(2):
-            position = self._ask_position()
-            if position in (0, self._target):
+        looks = self._two_looks()
+        if looks and self._target is None and looks[0] == looks[1]:
+            self._controller.let_pass(_CREEPS_S)
+            before, looks = looks[0], self._two_looks()
+            if before in looks:
                 return
-            looks.append(position)
+        if not looks:
+            return
         lowest, highest = wire.within_way(self._way or looks, self._settings.pulse_limit_quarters)
         self._target = ([position for position in looks if lowest <= position <= highest] or looks)[-1]
         channel = self._settings.axis
         aim = wire.set_target(channel, self._target)
         self._controller.tell(aim, wire.set_acceleration(channel, 0), aim)
+
+    def _two_looks(self) -> list[int]:
+        """Return where it is, asked twice; nothing where an answer says that it is on its target, or has no pulse."""
+        looks = list[int]()
+        for _ in range(2):
+            position = self._ask_position()
+            if position in (0, self._target):
+                return []
+            looks.append(position)
+        return looks
 
     def stop_steps(self) -> Sequence[StopStep]:
         """Return its lowest speed without a ramp to it, and how it is asked where it is.

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from rig.abilities.abilities import Axis, Environment, RateAxis, Readout, TurnLook, Wait
+from rig.abilities.abilities import Axis, AxisState, Environment, RateAxis, Readout, TurnLook, Wait
 from rig.abilities.rates import MeasuredRate, measured_rate
 from rig.abilities.rest import band_deg
 from rig.abilities.setpoint_memory import KeepsSetpointMemory
@@ -23,6 +23,7 @@ from rig.errors import DeviceFault, RequestRefused, RigError
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.move import Tell, home_and_arrive, move_and_arrive, stop_all, trusted_state
 from rig.motion.out_of_reach import stop_known, stopped_in_reach
+from rig.motion.standstill import is_inside
 
 WHOLE_TURN_DEG = 360.0
 ROOM_S = 1.0
@@ -144,6 +145,24 @@ def stop(rig: OpenRig, axis: str | None) -> list[str]:
     names = list(rig.axes) if axis is None else [_axis(rig, axis).name]
     stop_all({name: rig.axes[name] for name in names}, rig.clock)
     return names
+
+
+def outside_limits(rig: OpenRig, axis: str, state: AxisState) -> str:
+    """Say of an axis at rest that it is outside its limits; empty where it is inside, or nobody can tell.
+
+    What has no home has none in its read-back, but a servo, whose pulse needs none. An axis that turns on and on has no
+    limits where they are a whole turn or more apart.
+    """
+    device = _axis(rig, axis)
+    is_located = state.is_homed or isinstance(rig.description.axes[axis], PulseDriven)
+    low_deg, high_deg = device.limits_deg
+    has_none = top_rate_dps(rig, axis) > 0.0 and high_deg - low_deg >= WHOLE_TURN_DEG
+    if state.unknown or has_none or not is_located or is_inside(device, state.position_deg):
+        return ""
+    return (
+        f"{axis}: stands outside its limits: at {state.position_deg:g}°, allowed {low_deg:g} to {high_deg:g}°"
+        f" (axes.{axis}: limits_deg); see what moved it there, then home it"
+    )
 
 
 def position_deg(rig: OpenRig, axis: str) -> float:

@@ -72,10 +72,14 @@ def _moves(axis: Axis, state: AxisState, before: AxisState) -> bool:
 
 def _is_outside(axis: Axis, state: AxisState, left: KnownMotion) -> bool:
     """Return whether it moved where nothing of ours leads it. A rate that was ours may; without a home nobody knows."""
+    return state.is_homed and not is_inside(axis, state.position_deg) and not left.is_turn
+
+
+def is_inside(axis: Axis, position_deg: float) -> bool:
+    """Return whether an axis is inside its limits, or so little beyond them as one that settles there."""
     low_deg, high_deg = axis.limits_deg
     margin_deg = MARGIN_DEG + axis.arrival_tolerance_deg
-    is_inside = low_deg - margin_deg <= state.position_deg <= high_deg + margin_deg
-    return state.is_homed and not is_inside and not left.is_turn
+    return low_deg - margin_deg <= position_deg <= high_deg + margin_deg
 
 
 def _stopped(name: str, state: AxisState, left: KnownMotion) -> str:

@@ -24,7 +24,8 @@ from rig.motion import jog as by_hand
 def stop_axes(description: RigDescription, rig_file: Path, axis: str | None) -> dict[str, Any]:
     """Stop an axis, or every axis, and see it stand; return which, and where each stands.
 
-    Raises: RequestRefused for an axis that there is not; what kept one from its stop, when all others were told.
+    Raises: RequestRefused for an axis that there is not; what kept one from its stop, and DeviceFault for one that
+    stands outside its limits, when all others were told.
     """
     if axis is not None and axis not in description.axes:
         raise RequestRefused(f"no axis {axis!r} (allowed: {', '.join(description.axes)}); nothing moved")
@@ -35,7 +36,9 @@ def stop_axes(description: RigDescription, rig_file: Path, axis: str | None) -> 
             for names in axis_lines(description.axes):
                 if axis is None or axis in names:
                     try:
-                        stand |= _stopped(_alone(description, names), rig_file, axis)
+                        stopped, outside = _stopped(_alone(description, names), rig_file, axis)
+                        stand |= stopped
+                        failures += outside
                     except WaitEnded:
                         raise
                     except RigError as error:
@@ -56,8 +59,13 @@ def _alone(description: RigDescription, names: tuple[str, ...]) -> RigDescriptio
     return description.model_copy(update={"axes": {name: description.axes[name] for name in names}, **nothing})
 
 
-def _stopped(description: RigDescription, rig_file: Path, axis: str | None) -> dict[str, AxisState]:
+def _stopped(
+    description: RigDescription, rig_file: Path, axis: str | None
+) -> tuple[dict[str, AxisState], list[DeviceFault]]:
+    """Return where each stands, and what is to be told of one that stands outside its limits."""
     with open_rig(description, rig_file=rig_file, purpose="jog", write=replace_file, for_stop=True) as opened:
         stopped = by_hand.stop(opened, axis)
         with homes_kept(opened):
-            return {name: opened.axes[name].state() for name in stopped}
+            stand = {name: opened.axes[name].state() for name in stopped}
+            outside = (by_hand.outside_limits(opened, name, state) for name, state in stand.items())
+            return stand, [DeviceFault(sentence) for sentence in outside if sentence]

@@ -98,11 +98,74 @@ def test_a_stop_of_a_servo_that_stands_sends_it_nowhere() -> None:
     bench = motion_bench("maestro", acceleration=4)
     bench.home_all()
     move_and_arrive(bench.pitch, -45.0, bench.clock, bench.clock.sleep)
+    sent = _sent(bench)
+    bench.pitch.stop()
+    assert not _is_sent(sent)
+
+
+def _sent(bench: MotionBench, byte_s: float = 0.0) -> list[bytes]:
+    """Keep what the controller is sent from here on; each piece takes ``byte_s`` on the line."""
     sent: list[bytes] = []
     receive = bench.twin.receive
-    bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    bench.pitch.stop()
-    assert not any(byte in data for data in sent for byte in (SET_TARGET, SET_ACCELERATION, SET_SPEED))
+
+    def heard(data: bytes, now_s: float) -> None:
+        sent.append(data)
+        receive(data, now_s)
+        bench.clock.sleep(byte_s)
+
+    bench.twin.receive = heard
+    return sent
+
+
+def _is_sent(sent: list[bytes]) -> bool:
+    return any(byte in data for data in sent for byte in (SET_TARGET, SET_ACCELERATION, SET_SPEED))
+
+
+@pytest.mark.parametrize("struck", [None, 2, 3])
+def test_a_stop_over_a_line_that_was_just_opened_sends_a_servo_that_stands_nowhere(struck: int | None) -> None:
+    """As it was measured: its place was sent as its target, twice; the line altered both alike, and it went by 40°."""
+    bench = motion_bench("maestro")
+    bench.home_all()
+    pitch = connect(settings_of("maestro"), bench.stream)["pitch"]
+    pitch.state()
+    sent = _sent(bench)
+    if struck is not None:  # one answer of the second look
+        bench.faults.reads = {bench.faults.taken + struck: faults.flip_bit(1, 2)}
+    pitch.stop()
+    assert sent
+    assert not _is_sent(sent)
+
+
+@pytest.mark.parametrize(("speed", "acceleration"), [(1, 0), (0, 1), (1, 1), (8, 0)])
+def test_a_stop_over_a_line_that_was_just_opened_stops_a_servo_that_creeps_or_has_just_begun(
+    speed: int, acceleration: int
+) -> None:
+    """Its slowest is 25 µs of pulse a second; two answers may come so soon behind each other that they are the same."""
+    bench = motion_bench("maestro")
+    bench.home_all()
+    pitch = connect(settings_of("maestro"), bench.stream)["pitch"]
+    pitch.state()  # the line is trusted, and nothing slows the servo before it is asked
+    channel, now_s = bench.twin.channels[1], bench.clock.monotonic_s()
+    channel.limit_speed(speed, now_s)
+    channel.limit_acceleration(acceleration, now_s)
+    channel.aim(9000, now_s)
+    pitch.stop()
+    stopped_deg = bench.true_deg
+    assert stopped_deg < 4.0
+    bench.clock.sleep(10.0)
+    assert bench.true_deg == pytest.approx(stopped_deg, abs=0.1)
+
+
+def test_a_stop_of_a_servo_whose_answers_differ_waits_for_nothing() -> None:
+    bench = motion_bench("maestro", speed_dps=40.0)
+    bench.home_all()
+    bench.pitch.start_move(90.0)
+    pitch = connect(settings_of("maestro"), bench.stream)["pitch"]
+    pitch.state()
+    sent, began_s = _sent(bench, 0.01), bench.clock.monotonic_s()
+    pitch.stop()
+    assert _is_sent(sent)
+    assert bench.clock.monotonic_s() - began_s < 0.1
 
 
 @UNDER_ACCELERATION
