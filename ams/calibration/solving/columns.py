@@ -132,7 +132,7 @@ def solve_linearised(
     if temperature_degc is not None and is_unmodelled(problem.model, temperature_degc):
         part = recorded_temperature(problem.form, mixed.estimator, problem.outputs, mixed.ordinary, temperature_degc)
         mixed = replace(mixed, components=(*mixed.components, part))
-    steps = None if is_line else resolution(mixed.estimator, layout, problem.outputs)
+    steps = resolution(mixed, problem.form, layout, problem.outputs)
     if steps is not None:
         mixed = replace(mixed, components=(*mixed.components, steps))
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=True)

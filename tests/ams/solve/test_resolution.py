@@ -5,6 +5,11 @@ import pytest
 from physics_scenes import campaigns
 from solved_campaigns import coverage, solved
 
+from ams.calibration.calibrate import calibrate
+from ams.calibration_result import ParameterEstimate
+from ams.inputs.request import CalibrationRequest
+from ams.models.straight_line import StraightLine
+from ams.observations import Observations
 from ams.solve.resolution import NAME, _may_repeat, shared_variance, step_of, steps_of
 
 
@@ -66,3 +71,88 @@ def test_the_rough_look_at_columns_leaves_out_none_whose_step_shows() -> None:
     assert all(steps_of(read))
     assert _may_repeat(np.ascontiguousarray(few.T)).all()
     assert not _may_repeat(np.ascontiguousarray(true.T)).any()
+
+
+def _line(levels: list[float], replications: int, read: np.ndarray) -> list[ParameterEstimate]:
+    """Gain and offset of whole counts, replication by replication."""
+    points = len(levels)
+    still = np.zeros(read.size)
+    rows = Observations(
+        np.repeat(np.arange(replications), points),
+        np.tile(np.arange(points), replications),
+        still,
+        still,
+        {"x": read},
+        units={"x": "counts"},
+        reference_level=np.tile(levels, replications),
+    )
+    models = {"x": StraightLine("x", "ut", "counts")}
+    return list(calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models=models)).axes["x"].parameters)
+
+
+def test_two_levels_of_whole_counts_that_repeat_are_uncertain_by_the_rounding_of_each() -> None:
+    """By hand, GUM F.2.2.1: u = 1/sqrt(12) count each, the slope by their difference over 80 and the zero by half."""
+    gain, offset = _line([-40.0, 40.0], 4, np.tile([-1228.0, 1252.0], 4))
+    rounding, slope = np.sqrt(1.0 / 12.0), 31.0
+    assert gain.standard_uncertainty == pytest.approx(np.sqrt(2.0) * rounding / 80.0 / slope**2, rel=1e-6)
+    of_slope = 12.0 / slope**2 * np.sqrt(2.0) * rounding / 80.0
+    expected = np.hypot(rounding / np.sqrt(2.0) / slope, of_slope)
+    assert offset.standard_uncertainty == pytest.approx(expected, rel=1e-6)
+
+
+_TWO, _THREE, _FIVE, _ELEVEN = ([*np.linspace(-50.0, 50.0, size).tolist()] for size in (2, 3, 5, 11))
+
+
+@pytest.mark.parametrize(
+    ("levels", "replications", "counts_per_ut", "noise"),
+    [
+        (_TWO, 4, 31.0, 0.0),
+        (_TWO, 4, 31.0, 0.05),
+        (_TWO, 4, 31.0, 0.2),
+        (_THREE, 4, 31.0, 0.05),
+        (_THREE, 1, 31.0, 0.05),
+        (_FIVE, 4, 31.0, 0.0),
+        (_FIVE, 4, 31.0, 0.1),
+        (_FIVE, 4, 31.0, 0.5),
+        (_FIVE, 1, 31.0, 0.1),
+        (_FIVE, 4, 0.3, 0.1),
+        (_ELEVEN, 4, 0.5, 0.1),
+        (_ELEVEN, 4, 0.1, 0.0),
+    ],
+)
+def test_intervals_of_lines_hold_in_whole_counts(
+    levels: list[float], replications: int, counts_per_ut: float, noise: float
+) -> None:
+    """However few different readings there are; 0.1 count/µT puts all eleven levels at one place within a count."""
+    held = []
+    for seed in range(60):
+        chance = np.random.default_rng(seed)
+        slope = counts_per_ut * (1.0 if counts_per_ut < 0.2 else 1.0 + chance.uniform(-0.3, 0.3))
+        zero = chance.uniform(-20.0, 20.0)
+        true = slope * np.tile(levels, replications) + zero
+        estimates = _line(levels, replications, np.rint(true + noise * chance.standard_normal(true.size)))
+        for estimate, truth in zip(estimates, (1.0 / slope, -zero / slope), strict=True):
+            assert estimate.interval_95 is not None
+            assert estimate.standard_uncertainty > 0.0
+            low, high = estimate.interval_95
+            held.append(low <= truth <= high)
+    assert np.mean(held) >= 0.93
+
+
+@pytest.mark.parametrize(
+    ("read", "step"),
+    [
+        ([-1228.0, 1252.0], 1.0),
+        ([1.2340, 1.2350, -1.2340], 1e-3),
+        ([-1228.0, -614.0, 0.0, 614.0, 1228.0], 1.0),  # evenly spaced: the levels, and no step of 614
+        ([0.31234567, 1.71234891, -0.91234617], None),  # eight digits: no meter repeats them by its step
+    ],
+)
+def test_few_readings_show_their_last_decimal(read: list[float], step: float | None) -> None:
+    assert step_of(np.tile(read, 4)) == (None if step is None else pytest.approx(step))
+
+
+def test_few_readings_show_a_step_that_is_no_decimal() -> None:
+    """A converter of 1333 counts/g, read at six attitudes."""
+    step = 9.80665 / 1333.0
+    assert step_of(np.tile(step * np.array([-1290.0, -7.0, 3.0, 11.0, 802.0, 1361.0]), 4)) == pytest.approx(step)
