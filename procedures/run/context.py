@@ -67,7 +67,8 @@ class RunContext:
         self.began_s = self.rig.clock.monotonic_s()
 
     def ending_of(self, error: BaseException) -> Ending:
-        """Return how the run ends by an error."""
+        """Return how the run ends by an error, and what people asked for since it was met."""
+        self.wait.hear()
         return ending_of(error, self.before, self.wait, self.progress_log.folder)
 
     def defect_of(self, error: BaseException) -> BaseException | None:

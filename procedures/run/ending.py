@@ -23,6 +23,7 @@ from rig.errors import (
     DeviceRefused,
     FileContradicted,
     GuardLost,
+    LinkLost,
     MotionBreach,
     RequestRefused,
     RigError,
@@ -36,6 +37,10 @@ NO_RUN = "no run"
 PROCESS = "process"
 """The cause of an ending that the process' own growth forced."""
 
+DEVICE = "device"
+"""The cause where a device reported a fault."""
+BROKEN_LINE = "broken line"
+"""The cause where a line broke under an axis that was to be stopped, and no stop reached it."""
 DIED = "process died"
 """The cause where it ended without a word, as its stop guard tells."""
 
@@ -155,11 +160,22 @@ def ending_of(error: BaseException, before: BaseException | None, steering: Asks
     if decided is error:
         return ending
     if decided is None:
-        hidden = _hidden(error, before)
-        return ending if hidden is None else replace(ending, reason=str(hidden))
+        return _with_request(_by_what_a_stop_hides(ending, _hidden(error, before)), steering.at_once)
     if not isinstance(error, _FORESEEN):
         return Ending(State.FAILED, f"{_ending_by(error, steering, run_dir).reason}; {_to_be(ending)}")
     return replace(ending, met=tuple(_met(error, decided)))
+
+
+def _by_what_a_stop_hides(ending: Ending, hidden: BaseException | None) -> Ending:
+    """Return it by the error on whose way out a stop failed, where there is one."""
+    if hidden is None:
+        return ending
+    return replace(ending, reason=str(hidden), cause=BROKEN_LINE if isinstance(hidden, LinkLost) else ending.cause)
+
+
+def _with_request(ending: Ending, request: Ending | None) -> Ending:
+    """Return it with who asked for another end while what ended it was still on its way."""
+    return ending if request is None else replace(ending, reason=f"{ending.reason}; meanwhile {_to_be(request)}")
 
 
 def _hidden(error: BaseException, before: BaseException | None) -> BaseException | None:
@@ -204,7 +220,7 @@ def _cause_of(error: RigError) -> str:
         return "supervision"
     if isinstance(error, FileContradicted):
         return "rig file"
-    return CHAMBER if isinstance(error, ChamberFault) else "device"
+    return CHAMBER if isinstance(error, ChamberFault) else DEVICE
 
 
 def _to_be(ending: Ending) -> str:

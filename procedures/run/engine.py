@@ -35,7 +35,7 @@ from procedures.records.progress import RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
-from procedures.run.ending import Ending, Outcome, RunEnds
+from procedures.run.ending import BROKEN_LINE, DEVICE, Ending, Outcome, RunEnds
 from procedures.run.epoch import Epoch
 from procedures.run.judgement.alarm import LINK, LOST, RECONNECT, TrustLost, lost_link
 from procedures.run.judgement.history import History, read_history
@@ -202,7 +202,8 @@ class _Engine:
         crash_point(CrashPoint.MADE_SAFE)
         state, reasons, cause = ending.state, [ending.reason] if ending.reason else [], ending.cause
         if needs_a_look := ending.fault_met or safe.cause:
-            state, cause = _without_safety(state), cause or needs_a_look
+            is_worse = cause in (DEVICE, BROKEN_LINE) and safe.cause
+            state, cause = _without_safety(state), safe.cause if is_worse else cause or needs_a_look
             reasons = ending.requested(self._rig.clock.now_utc())
         reasons += ending.met_in_words(last_stop_failed=bool(safe.failures))
         reasons += safe.reasons

@@ -10,7 +10,7 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from math import inf
 from types import FrameType
@@ -103,6 +103,11 @@ class Steering:
             raise WaitEnded("abort", self.abort.by)
         if self.terminated is not None:
             raise WaitEnded("stop at once", self.terminated.by)
+
+    def hear(self) -> None:
+        """Take what was asked meanwhile of a run that ends already; what cannot be recorded is heard all the same."""
+        with suppress(Exception):  # the rim: a request that cannot be taken keeps no run from its safe state
+            self.look()
 
     @property
     def at_once(self) -> Ending | None:

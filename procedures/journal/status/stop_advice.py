@@ -88,6 +88,11 @@ ADVICE: Mapping[str, str] = {
         "A device reports a fault: limit switch, stop button, coupling, drive. Clear it at the machine, then "
         "{resume_signed}; releasing a button alone starts nothing."
     ),
+    "broken line": (
+        "A line broke while an axis turned or moved, and its stop did not reach it then. See that every axis stands; "
+        "check plug, cable, adapter and power of the device named above, and what else talks on its line; then "
+        "{resume_signed}."
+    ),
     "chamber": (
         "The chamber is not at work as calrig told it; where its air is heading stands above. Go to its panel first: "
         "stop it, or set it back, where package or rig do not bear that. Where somebody set it, ask who and why; "

@@ -143,7 +143,15 @@ def test_a_defect_is_one_where_the_stop_on_its_way_out_fails() -> None:
 
 def test_a_line_that_broke_while_an_axis_turned_trips_as_that(tmp_path: Path) -> None:
     ending = ending_of(_both(LinkLost(GONE), NotSeenAtRest(UNSEEN, GONE)), None, _Asked(), tmp_path)
-    assert ending == Ending(State.TRIPPED, GONE, cause="device")
+    assert ending == Ending(State.TRIPPED, GONE, cause="broken line")
+
+
+def test_who_asked_for_another_end_while_a_stop_failed_is_told(tmp_path: Path) -> None:
+    ending = ending_of(_both(LinkLost(GONE), NotSeenAtRest(UNSEEN, GONE)), None, _Asked(BY_ANNA), tmp_path)
+    assert ending.state is State.TRIPPED
+    assert ending.reason.startswith(f"{GONE}; meanwhile it was to be aborted")
+    assert "anna" in ending.reason
+    assert "smoke" in ending.reason
 
 
 @pytest.mark.parametrize("second", [NotSeenAtRest(UNSEEN, GONE), LinkLost(GONE), DeviceFault("roll stalled")])

@@ -12,7 +12,7 @@ from small_run import bench, dwells_of, in_child, measured_in, resumed
 from unattended_run import events
 
 from procedures.cli.run.stopping import stoppable_wait
-from procedures.errors import RequestError
+from procedures.errors import RequestError, StorageFailed
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.requests.spool import Request, Spool, Taken, ask
 from procedures.journal.status.status import status
@@ -297,3 +297,21 @@ def test_fault_76_a_run_that_was_told_to_end_or_aborted_goes_on_with_the_same_nu
             resume(run_dir, "")
     assert resume(run_dir, "anna", "looked at it").state is State.FINISHED
     assert measured_in(run_dir) == measured_in(tmp_path / "clean")
+
+
+def test_what_was_asked_while_a_run_was_ending_is_heard_and_ends_nothing_twice(tmp_path: Path) -> None:
+    """Also where the journal takes no record of it any more."""
+
+    def refuse(_taken: Taken) -> None:
+        raise StorageFailed("the disk is full")
+
+    for record in (lambda _taken: None, refuse):
+        spool = Spool(tmp_path)
+        steering = Steering(spool, a_clock(), a_clock(), record)
+        steering.on_signal(signal.SIGTERM, None)
+        spool.submit(_request("abort", "smoke"))
+        for _ in range(2):
+            steering.hear()
+        assert steering.at_once is not None
+        if record is not refuse:
+            assert (steering.at_once.state, steering.at_once.by) == (State.ABORTED, "anna")
