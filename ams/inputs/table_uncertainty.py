@@ -1,10 +1,10 @@
 """The table's own index errors, carried into the output covariance U_Y.
 
 An index of an axis has one error, the same for every reading taken at it: in every replication, and at every attitude
-that shares the index. A certificate gives a *limit* on these errors, not what they look like: white from tooth to
-tooth, once a turn (an axis off the centre of its scale), twice (an elliptic scale), or a mixture. Independent teeth
-alone would let the uncertainty fall with the root of their number, which no real table does. So the errors E(a) of an
-axis have, unless its shape is declared, the covariance
+that shares the index, whatever the axis reads there on coming back (:mod:`ams.inputs.indices`). A certificate gives a
+*limit* on these errors, not what they look like: white from tooth to tooth, once a turn (an axis off the centre of its
+scale), twice (an elliptic scale), or a mixture. Independent teeth alone would let the uncertainty fall with the root of
+their number, which no real table does. So the errors E(a) of an axis have, unless its shape is declared, the covariance
 
     u² [w₀ δ(a, a′) + w₁ cos(a − a′) + w₂ cos 2(a − a′)],     u = 0.9 × limit,  w = (0.30, 0.35, 0.35),
 
@@ -22,8 +22,9 @@ from typing import Final, Literal
 
 import numpy as np
 
-from ams.arrays import FloatArray, IntArray
+from ams.arrays import FloatArray
 from ams.errors import ObservationsError
+from ams.inputs.indices import index_around
 from ams.observations import Observations
 from ams.remembered import remembered
 
@@ -31,7 +32,6 @@ UncertaintyKind = Literal["limit", "standard", "expanded"]
 Shape = Literal["unknown", "independent", "smooth"]
 AXES: Final = ("pitch", "roll", "yaw")
 _INDEX_GRID_RAD: Final = float(np.deg2rad(1e-5))
-_FULL_TURN: Final = round(2.0 * np.pi / _INDEX_GRID_RAD)
 
 
 @dataclass(frozen=True)
@@ -228,14 +228,9 @@ def _of_unit_limit(
     found = IndexColumns(tuple(names), np.array(standard), waves)
     if teeth == 0.0:
         return found
-    labels, index = np.unique(index_labels(angle_rad), return_inverse=True)
-    words = tuple(f"tooth {label * 1e-5:g}°" for label in labels.tolist())
-    return found.beside(IndexColumns(words, np.full(labels.size, np.sqrt(3.0 * teeth)), np.eye(labels.size)[index]))
-
-
-def index_labels(angle_rad: FloatArray) -> IntArray:
-    """Return (N,) numbers that are the same for angles at the same index: hundred thousandths of a degree in a turn."""
-    return np.asarray(np.round(angle_rad / _INDEX_GRID_RAD).astype(np.int64) % _FULL_TURN)
+    index, mean_rad = index_around(angle_rad)
+    words = tuple(f"tooth {angle:.9g}°" for angle in np.round(np.rad2deg(mean_rad), 4).tolist())
+    return found.beside(IndexColumns(words, np.full(mean_rad.size, np.sqrt(3.0 * teeth)), np.eye(mean_rad.size)[index]))
 
 
 def _times_a_turn(times: int) -> str:

@@ -5,8 +5,8 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray, IntArray
+from ams.inputs.indices import are_back
 from ams.remembered import known, remembered
-from ams.solve.indices import are_back
 from ams.solve.layout import Layout
 
 SETTLES_IN: Final = 1.0 / 12.0

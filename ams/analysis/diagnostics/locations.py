@@ -22,8 +22,8 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import LEAST_DOF
 from ams.analysis.diagnostics.weighed_means import WeighedMeans, weighed_means
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.inputs.indices import index_around, index_of
 from ams.remembered import remembered
-from ams.solve.indices import index_around, index_of
 from ams.solve.layout import Layout
 from ams.statistics.distributions import f_tail
 

@@ -28,7 +28,8 @@ from functools import reduce
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.inputs.table_uncertainty import TableUncertainty, index_labels
+from ams.inputs.indices import index_around
+from ams.inputs.table_uncertainty import TableUncertainty
 from ams.statistics.distributions import f_tail
 from ams.units import RAD_PER_ARCSEC
 
@@ -128,17 +129,14 @@ class TableLimit:
 def indices_of(table: TableUncertainty, axis: str, shown_rad: FloatArray) -> Indices | None:
     """Return the indices that (K,) points stand at; None where the axis is taken as exact."""
     declared, limit = table.declared(axis), table.limit_rad(axis)
-    labels, first, index = np.unique(index_labels(shown_rad), return_index=True, return_inverse=True)
-    columns, bound = np.eye(labels.size)[index], np.full(labels.size, limit)
+    zero_rad = declared.zero_rad if declared.known is None else None
+    index, mean_rad = index_around(shown_rad if zero_rad is None else np.append(shown_rad, zero_rad))
+    columns, bound = np.eye(mean_rad.size)[index], np.full(mean_rad.size, limit)
     if declared.known is not None:
-        spread = np.sqrt(np.sum(table.index_errors(axis, shown_rad[first]).scaled_rad ** 2, axis=1))
+        spread = np.sqrt(np.sum(table.index_errors(axis, mean_rad).scaled_rad ** 2, axis=1))
         bound, limit = float(np.sqrt(3.0)) * spread, float(np.sqrt(3.0) * spread.max())
-    elif declared.zero_rad is not None:
-        at_zero = labels == index_labels(np.array([declared.zero_rad]))
-        if not at_zero.any():
-            at_zero = np.append(at_zero, True)
-            columns, bound = np.pad(columns, ((0, 0), (0, 1))), np.append(bound, limit)
-        columns = columns - at_zero
+    elif zero_rad is not None:
+        columns = columns[:-1] - columns[-1]
         if declared.zero_standard_uncertainty_rad > 0.0:
             columns = np.column_stack([columns, np.ones(shown_rad.size)])
             bound = np.append(bound, float(np.sqrt(3.0)) * declared.zero_standard_uncertainty_rad)

@@ -12,10 +12,10 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.calibration.together.in_step_found import WAVES
+from ams.inputs.indices import has_moved
 from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.dwell_order import attitudes_repeat, order_repeats, rows_in_time
-from ams.solve.indices import has_moved
 from ams.solve.layout import Layout
 
 SAME_ORDER: Final = "the order of the points is the same in every replication"

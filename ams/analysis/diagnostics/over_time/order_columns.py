@@ -17,9 +17,9 @@ from ams.analysis.diagnostics.sensed_force import Accelerometer, sensed_force
 from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray, IntArray
 from ams.frames import AXES
+from ams.inputs.indices import has_moved
 from ams.remembered import remembered
 from ams.solve.dwell_order import settling_of_rows
-from ams.solve.indices import has_moved
 from ams.solve.layout import Layout
 
 _FADES_IN: Final = 2.0

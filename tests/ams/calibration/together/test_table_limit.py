@@ -191,7 +191,7 @@ def test_the_columns_of_a_zeroed_axis_are_the_curve_less_its_value_at_the_zero(z
     def curve(angle_rad: np.ndarray) -> np.ndarray:
         return np.sin(angle_rad + 0.3) + 0.2 * np.cos(3.0 * angle_rad)
 
-    indices = np.deg2rad([0.0, 30.0, 300.0] if zero_deg == 0.0 else [0.0, 30.0, 300.0, zero_deg])
+    indices = np.deg2rad([-60.0, 0.0, 30.0] if zero_deg == 0.0 else [-60.0, 0.0, zero_deg, 30.0])
     expected = curve(shown) - curve(np.deg2rad([zero_deg]))
     np.testing.assert_allclose(found.columns @ curve(indices), expected, atol=1e-12)
     np.testing.assert_allclose(found.bound_rad, np.deg2rad(1.0 / 3600.0), rtol=1e-12)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ams.solve.indices import are_back, has_moved, index_around, index_of
+from ams.inputs.indices import are_back, has_moved, index_around, index_of
 
 PITCH_DEG, ROLL_DEG = np.arange(-75.0, 76.0, 25.0), np.arange(-180.0, 180.0, 45.0)
 SCATTERS_DEG = (0.0, 1e-6, 5e-4, 2e-3, 5e-3, 0.02, 0.05)

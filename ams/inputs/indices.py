@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.remembered import remembered
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
 
 _ROUNDING_RAD: Final = 1e-4
@@ -47,6 +48,7 @@ def index_of(angle_rad: FloatArray) -> tuple[IntArray, FloatArray]:
     return number, np.bincount(number, weights=angle_rad) / np.bincount(number)
 
 
+@remembered(32)
 def index_around(angle_rad: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return the same of an axis that turns all round: −180° and 180° are one index. The means lie from −π to π."""
     folded = np.arctan2(np.sin(angle_rad), np.cos(angle_rad))
