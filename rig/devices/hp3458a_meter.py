@@ -73,7 +73,7 @@ class Hp3458aMeter:
         clock: Clock,
         terminals: Inputs | None = None,
     ) -> None:
-        """``terminals``: the inputs that must be selected; None: those that are when it is prepared."""
+        """``terminals``: the inputs that must be selected; None: those that are at the first look."""
         self.name = name
         self._bus = bus
         self._address = address
@@ -110,7 +110,7 @@ class Hp3458aMeter:
         )
         self._ask(b"ID?", wire.parse_identity)
         self._clear_earlier_errors()
-        self._inputs.keep(self._selected())
+        self._inputs.require(self._selected(), "no reading is taken")
         self._configure()
         # Where CSB does not clear the sign, it says nothing about what happens from here on.
         self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))

@@ -214,7 +214,7 @@ class ScpiMeter:
         if self._needs_remote:
             self._line.tell(b"SYST:REM")
         self.identify()
-        self._inputs.keep(self._selected())
+        self._inputs.require(self._selected(), "no reading is taken")
         self._line.tell(b"*RST")
         clear_earlier_errors(self._line, self.name)
         self._set_up(self._settings.nplc)

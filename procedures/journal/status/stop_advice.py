@@ -121,8 +121,9 @@ ADVICE: Mapping[str, str] = {
     ),
     "process": "This process grew too far and ended the run in time: {resume} goes on; send its folder.",
     "identity": (
-        "Another device answers than this run's: swapped cables or a replaced device. Put it right, then "
-        "{resume_signed}. Where the other device shall measure from here on: {take_over}: record, verdict and "
+        "Another device answers than this run's, or a meter with other inputs selected: swapped cables, a replaced "
+        "device, a key pressed at the meter. Put it right, then "
+        "{resume_signed}. Where what answers now shall measure from here on: {take_over}: record, verdict and "
         "certificate tell which dwells each measured."
     ),
     "seam": (

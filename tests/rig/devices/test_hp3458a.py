@@ -264,6 +264,8 @@ def test_inputs_that_are_changed_at_the_panel_are_not_measured(declared: str | N
     sentence = r"dmm: the front inputs are selected, need those at the rear \(readouts\.dmm: terminals"
     with pytest.raises(DeviceRefused, match=f"{sentence}.*no reading is taken; press the key at the meter"):
         readout.read("dmm.x", 1, rig.wait)
+    with pytest.raises(DeviceRefused, match=f"{sentence}.*no reading is taken; press the key at the meter"):
+        readout.prepare()  # as a retry does: what was selected first holds
     assert len(rig.bench.readings) == taken
     rig.meter.is_front = False
 

@@ -226,6 +226,8 @@ def test_inputs_that_are_changed_at_the_panel_are_not_measured(model: str, decla
     sentence = "the front inputs are selected, need those at the rear"
     with pytest.raises(DeviceRefused, match=f"{sentence} .*terminals.*no reading is taken"):
         meter.read("dmm.x", 1, measured)
+    with pytest.raises(DeviceRefused, match=f"{sentence} .*terminals"):
+        meter.prepare()  # as a retry does: what was selected first holds
     rig.unit.is_front = False
 
     def turned(duration_s: float) -> None:
