@@ -87,7 +87,7 @@ REFUSED = [
     (TABLE, "rates", {r"yaw_dps = .*\n": ""}, {}, r"toml:\d+: rates: .*three axes, yaw stand still"),
     (TABLE, "rates", {r"roll_dps = .*": "roll_dps = [500.0]"}, {}, r"rates\.roll_dps: .*allowed up to 200 °/s"),
     (TABLE, "rates", {"dwell_s = 9.0": "dwell_s = 90.0"}, {}, r"rates\.pitch_dps: .*the cables bear 5"),
-    (TABLE, "rates", {}, {'measures = "rate"\n': ""}, r"procedure\.kind: .*measures = \"rate\""),
+    (TABLE, "rates", {}, {'measures = "rate"\nnominal_.*\n': ""}, r"procedure\.kind: .*measures = \"rate\""),
     (
         TABLE,
         "rates",
