@@ -1,7 +1,7 @@
 """The largest step of which all readings are whole multiples apart, however few of them repeat.
 
-:mod:`ams.solve.resolution` asks that readings repeat before it tells a step; this tells the digits of a file as well as
-the step of a meter, and whoever calls it says what a step means beside the scatter.
+It tells the digits of a file as well as the step of a meter, and whoever calls it says what a step means beside the
+scatter. Of many readings :mod:`ams.solve.resolution` asks that they repeat instead.
 """
 
 from typing import Final

@@ -59,6 +59,15 @@ def index_around(angle_rad: FloatArray) -> tuple[IntArray, FloatArray]:
     return number, np.where(mean > np.pi, mean - 2.0 * np.pi, mean)
 
 
+def standing_at(angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (N, i) 1 where an angle stands at an index and 0 elsewhere, and (i,) the means of the indices, radians.
+
+    ``angle_rad``: (N,) of an axis that turns all round.
+    """
+    index, mean_rad = index_around(angle_rad)
+    return np.eye(mean_rad.size)[index], mean_rad
+
+
 def has_moved(angle_rad: FloatArray) -> BoolArray:
     """Return (N − 1,) whether an axis moves to another index from each of (N,) angles, in order of time, to the next.
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.errors import ObservationsError
-from ams.inputs.indices import index_around
+from ams.inputs.indices import standing_at
 from ams.observations import Observations
 from ams.remembered import remembered
 
@@ -228,9 +228,9 @@ def _of_unit_limit(
     found = IndexColumns(tuple(names), np.array(standard), waves)
     if teeth == 0.0:
         return found
-    index, mean_rad = index_around(angle_rad)
+    stands, mean_rad = standing_at(angle_rad)
     words = tuple(f"tooth {angle:.9g}°" for angle in np.round(np.rad2deg(mean_rad), 4).tolist())
-    return found.beside(IndexColumns(words, np.full(mean_rad.size, np.sqrt(3.0 * teeth)), np.eye(mean_rad.size)[index]))
+    return found.beside(IndexColumns(words, np.full(mean_rad.size, np.sqrt(3.0 * teeth)), stands))
 
 
 def _times_a_turn(times: int) -> str:

@@ -182,7 +182,7 @@ def _of_the_meter(
 
 def _per_unit(sensor: Sensor, axis: str, unit: str, part: SensorPart | None) -> float | None:
     """Return the reading per g or per °/s; None where nothing says it."""
-    if unit == {"rate": "dps", "acceleration": "g"}.get(sensor.measures):
+    if unit == sensor.sensed_unit and sensor.measures != "field":
         return 1.0
     declared = abs(sensor.nominal_v_per_g(axis)) if sensor.measures == "acceleration" and unit == "v" else 0.0
     return declared or (None if part is None else part.scale.get(unit))

@@ -28,7 +28,7 @@ from functools import reduce
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.inputs.indices import index_around
+from ams.inputs.indices import standing_at
 from ams.inputs.table_uncertainty import TableUncertainty
 from ams.statistics.distributions import f_tail
 from ams.units import RAD_PER_ARCSEC
@@ -130,8 +130,8 @@ def indices_of(table: TableUncertainty, axis: str, shown_rad: FloatArray) -> Ind
     """Return the indices that (K,) points stand at; None where the axis is taken as exact."""
     declared, limit = table.declared(axis), table.limit_rad(axis)
     zero_rad = declared.zero_rad if declared.known is None else None
-    index, mean_rad = index_around(shown_rad if zero_rad is None else np.append(shown_rad, zero_rad))
-    columns, bound = np.eye(mean_rad.size)[index], np.full(mean_rad.size, limit)
+    columns, mean_rad = standing_at(shown_rad if zero_rad is None else np.append(shown_rad, zero_rad))
+    bound = np.full(mean_rad.size, limit)
     if declared.known is not None:
         spread = np.sqrt(np.sum(table.index_errors(axis, mean_rad).scaled_rad ** 2, axis=1))
         bound, limit = float(np.sqrt(3.0)) * spread, float(np.sqrt(3.0) * spread.max())

@@ -32,7 +32,7 @@ from ams.arrays import FloatArray
 from ams.calibration.together.backlash_found import Play
 from ams.calibration.together.backlash_shown import ShownPlay, shown_play
 from ams.frames import AXES
-from ams.inputs.indices import index_around
+from ams.inputs.indices import standing_at
 from ams.statistics.distributions import f_tail
 
 _OTHERS_SHOW: Final = 0.05
@@ -235,9 +235,9 @@ def _index_columns(shown: ShownPlay, axis: int) -> FloatArray:
     angles = turned_by(shown.base, shown.evidence.rows)
     angle = angles[("pitch", "roll", "yaw").index(name)]
     assert angle is not None, "the axes are those of the table"
-    index, mean_rad = index_around(angle)
+    columns, _ = standing_at(angle)
     pattern = slip_pattern(name, *angles)
-    return np.asarray(np.eye(mean_rad.size)[index] * (pattern @ shown.k)[:, None])
+    return columns * (pattern @ shown.k)[:, None]
 
 
 def _remembers(package: Sequence[ShownPlay], axes: Sequence[int]) -> bool:

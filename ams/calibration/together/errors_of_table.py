@@ -6,7 +6,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.step_patterns import What, slip_pattern
 from ams.arrays import FloatArray
-from ams.inputs.indices import index_around
+from ams.inputs.indices import standing_at
 
 SQUARENESS_AND_TILT: Final = 2
 """The first columns, not in this order: axes out of square, and a base that stands off about its forward axis."""
@@ -36,5 +36,5 @@ def directions_of(columns: FloatArray) -> FloatArray:
 
 def _curves(angle_rad: FloatArray, slope: FloatArray) -> FloatArray:
     """Return the (K, 3, i) change of the force by an error at each index of an axis, of (K, 3) a radian."""
-    index, mean_rad = index_around(angle_rad)
-    return np.asarray(slope[:, :, None] * np.eye(mean_rad.size)[index][:, None, :])
+    columns, _ = standing_at(angle_rad)
+    return slope[:, :, None] * columns[:, None, :]
