@@ -10,6 +10,7 @@ import socket
 import sys
 import termios
 from contextlib import suppress
+from threading import Lock
 from typing import Any
 
 from rig.clock import SystemClock
@@ -30,7 +31,11 @@ GIVEN_BACK = -1
 
 
 class Line:
-    """Its descriptor, its address where the descriptor is no good any more, its stops."""
+    """Its descriptor, its address where the descriptor is no good any more, its stops.
+
+    Stops are repeated by threads. Who sends one has the turn until it is sent, and no descriptor is closed meanwhile:
+    its number may be another port's the next moment, which would get the rest of the stop.
+    """
 
     def __init__(self, document: dict[str, Any], descriptor: int, settings: list[Any] | None = None) -> None:
         """Take a line over. ``settings``: of a serial one, as it was before it was given back."""
@@ -40,25 +45,37 @@ class Line:
         self.descriptor = descriptor
         is_closed = descriptor == GIVEN_BACK or "://" in self.address
         self.settings = settings if is_closed else _settings_of(descriptor)
+        self._turn = Lock()
+        self._is_retired = False
 
     def release(self) -> None:
-        """Give the descriptor back: the engine opens the line anew."""
-        if self.descriptor != GIVEN_BACK:
-            os.close(self.descriptor)
-            self.descriptor = GIVEN_BACK
+        """Give the descriptor back, when no stop is half sent: the engine opens the line anew."""
+        with self._turn:
+            if self.descriptor != GIVEN_BACK:
+                os.close(self.descriptor)
+                self.descriptor = GIVEN_BACK
+
+    def retire(self) -> None:
+        """Give the descriptor back for good: another takes its place, and a stop that is late must not open it anew."""
+        self._is_retired = True
+        self.release()
 
     def stop_now(self, axes: list[str] | None, moving: list[str], outcomes: dict[str, str]) -> bool:
         """Tell every axis without ever waiting; False where that cannot be: then :meth:`stop` takes its time."""
         stopped = self._chosen(axes, moving)
         # One pause would keep all other lines from their stop.
         waits = any(step.get("pause_s", 0.0) for steps in stopped.values() for step in steps)
-        if waits or self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
+        if waits or not self._turn.acquire(blocking=False):
             return False
         try:
+            if self.descriptor == GIVEN_BACK or not select.select([], [self.descriptor], [], 0.0)[1]:
+                return False
             for steps in stopped.values():
                 self._send_all(steps)
         except OSError:
             return False
+        finally:
+            self._turn.release()
         outcomes.update({axis: _outcome(steps) for axis, steps in stopped.items()})
         return True
 
@@ -66,7 +83,8 @@ class Line:
         """Tell every axis of the line, or those; ``outcomes`` gets what became of it by axis."""
         for axis, steps in self._chosen(axes, moving).items():
             try:
-                self._stop(steps)
+                with self._turn:
+                    self._stop(steps)
                 outcomes[axis] = _outcome(steps)
             except OSError as error:
                 outcomes[axis] = f"NOT told to stop: {error}"
@@ -144,6 +162,8 @@ class Line:
         }
 
     def _stop(self, steps: list[dict[str, Any]]) -> None:
+        if self._is_retired:
+            raise OSError("the line was opened anew meanwhile")
         if self.descriptor != GIVEN_BACK:
             with suppress(OSError):
                 self._send_all(steps)

@@ -135,6 +135,7 @@ class Guard:
             return False
         self.silent_s = 0.0
         *lines, self.pending = (self.pending + data).split(b"\n")
+        answer: dict[str, int] = {}
         for line in lines:
             message = json.loads(line)
             if message.get("goodbye") is False:
@@ -154,6 +155,8 @@ class Guard:
                 self.has_lines = False
                 for held in self.lines:
                     held.release()
+            if "holding" in message:
+                answer = {"given_back": message["holding"]}
             if "stop" in message:
                 self.before = DEFECT
                 for _ in range(TIMES):
@@ -164,18 +167,19 @@ class Guard:
             self.ways = message.get("ways", self.ways)
             self.silence_s = message.get("silence_s", self.silence_s)
         with suppress(OSError):
-            self.channel.send(b"{}\n", socket.MSG_DONTWAIT)
+            self.channel.send(json.dumps(answer).encode() + b"\n", socket.MSG_DONTWAIT)
         return True
 
     def take(self, lines: list[dict[str, Any]]) -> None:
         """Hold the lines as they are open now; those before are given back, and known as they were where none is."""
-        known = {line.address: line.settings for line in self.lines}
-        for line in self.lines:
-            line.release()
-        self.lines = []
+        before, known = self.lines, {line.address: line.settings for line in self.lines}
+        held = []
         for document in lines:
             descriptor = GIVEN_BACK if document.get("is_given_back") else self.descriptors.pop(0)
-            self.lines.append(Line(document, descriptor, known.get(document["address"])))
+            held.append(Line(document, descriptor, known.get(document["address"])))
+        self.lines = held  # at once, and first: a stop that is being repeated goes on by what is held now
+        for line in before:
+            line.retire()
 
     def why_stop(self) -> str:
         if os.getppid() != self.engine:

@@ -83,6 +83,8 @@ class StopGuard:
         self._silence_s = AT_START_S
         self._ring: tuple[str, ...] = ()
         self._owes_end = False
+        self._holding = self._given_back = 0
+        """Counts what the guard was told to hold, and how far it has given back what it was not."""
         self._beaten_s = self._looked_s = self._heard_s = self._resumed_s = 0.0
         self._trouble: RigError | None = None
         self._turn = RLock()
@@ -124,12 +126,18 @@ class StopGuard:
             self._lines = ()
             if self._channel is not None:
                 self._hear()
-                self._send({"released": True})
+                self._holding += 1
+                self._send({"released": True, "holding": self._holding})
                 self._let_release()
 
     def _let_release(self) -> None:
-        if self._channel is not None:
-            select.select([self._channel], [], [], RELEASE_S)
+        """Wait until the guard says so; answers to beats and stops of somebody else come between, and are heard."""
+        until_s = self._clock.monotonic_s() + RELEASE_S
+        while self._channel is not None and self._given_back < self._holding:
+            left_s = max(until_s - self._clock.monotonic_s(), 0.0)
+            if not select.select([self._channel], [], [], left_s)[0]:
+                return
+            self._hear()
 
     def expect_motion(self, moving: Sequence[str], ways: Mapping[str, tuple[int, int]]) -> None:
         """Before anything is told to move: a guard must be there, and know the ways of :class:`AimedStop`."""
@@ -254,8 +262,9 @@ class StopGuard:
         self._send_lines()
 
     def _send_lines(self) -> None:
-        documents = [line.document() for line in self._lines]
-        self._send({"lines": documents}, [line.descriptor for line in self._lines if line.descriptor is not None])
+        self._holding += 1
+        message = {"lines": [line.document() for line in self._lines], "holding": self._holding}
+        self._send(message, [line.descriptor for line in self._lines if line.descriptor is not None])
 
     def _send(self, message: Mapping[str, object], descriptors: Sequence[int] = ()) -> None:
         if self._channel is None:
@@ -287,6 +296,7 @@ class StopGuard:
                 if message.get("unlisted"):
                     self._refuse_unlisted(message["unlisted"])
                     return
+                self._given_back = message.get("given_back", self._given_back)
                 if (by := message.get("stop")) is not None:
                     self._trouble = WaitEnded(_stop_words(message["told"]), by or "somebody without a name")
         silent_s = now_s - self._heard_s
