@@ -40,6 +40,8 @@ class AxisState:
     """A person was asked to move it and has not answered: no time limit applies."""
     unknown: str = ""
     """Why nobody knows where it stands, such as a servo without a pulse; ``position_deg`` says nothing then."""
+    is_led: bool = False
+    """``position_deg`` is where the machine holds it, as the pulse of a servo: an order changes it, and no hand."""
 
 
 class Axis(Protocol):

@@ -214,6 +214,7 @@ class MaestroAxis:
             if failed
             else "",
             unknown="" if position else "no pulse is sent, position not known",
+            is_led=True,
         )
 
     def stop(self) -> None:

@@ -13,6 +13,7 @@ ends it.
 
 from dataclasses import dataclass, replace
 
+from rig.abilities.abilities import AxisState
 from rig.abilities.rest import band_deg
 
 OVERSPEED = 1.5
@@ -70,6 +71,13 @@ class Seen:
     is_homed: bool = True
     is_known: bool = True
     """False where nobody knows where it stands: the angle says nothing."""
+    is_led: bool = False
+    """The angle is where the machine holds it: no hand changes it."""
+
+    @classmethod
+    def of(cls, state: AxisState, sent_s: float, answered_s: float) -> "Seen":
+        is_known = not state.unknown
+        return cls(state.position_deg, sent_s, answered_s, state.is_moving, state.is_homed, is_known, state.is_led)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +86,8 @@ class Unknown:
 
     may_move: bool = False
     """Something that we began may move it still: an order that went out before, a watchdog that was proved."""
+    resting: Seen | None = None
+    """Since when it was seen at one place, where its machine does not say whether it moves: led, and without a home."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,7 +218,7 @@ def run_on_deg(move: Moving, stands_deg: float, tolerance_deg: float) -> float:
 
 def unseen(watched: Watched) -> Watched:
     """Return what is known of an axis whose look says nothing of its motion: of what was begun, that it may go on."""
-    return Watched(Unknown(may_move=not isinstance(watched.task, Standing) and watched.task != Unknown()))
+    return Watched(Unknown(may_move=_may_move(watched)))
 
 
 def judge(bounds: Bounds, watched: Watched, seen: Seen, *, must_stand: bool = False) -> tuple[Watched, str]:
@@ -254,30 +264,44 @@ def _by_task(bounds: Bounds, watched: Watched, seen: Seen, *, must_stand: bool) 
                 return Watched(Unknown(), seen), _unordered(
                     seen, f"it rested at {task.resting.position_deg:g}° behind its stop and"
                 )
-            return Watched(_stopping(bounds, task, seen), seen), ""
+            return Watched(_coming_to_rest(bounds, task, seen), seen), ""
         case Unknown():
-            if must_stand and seen.is_moving and not task.may_move:
-                return Watched(Unknown(), seen), _unordered(seen, "it")
-            stands = seen.is_moving is False
-            return Watched(Standing(seen.position_deg, seen.is_homed) if stands else task, seen), ""
+            return _unknown(bounds, task, seen, must_stand=must_stand)
 
 
 def _unordered(seen: Seen, subject: str) -> str:
     return f"moves, though nothing told it to: {subject} is at {seen.position_deg:g}° now"
 
 
+def _unknown(bounds: Bounds, task: Unknown, seen: Seen, *, must_stand: bool) -> tuple[Watched, str]:
+    """Judge an axis that was told nothing. One that is led, and without a home, stands when it was seen to rest."""
+    rested = task.resting if seen.is_led else None
+    is_displaced = rested is not None and _is_off(bounds, rested.position_deg, seen)
+    if must_stand and (seen.is_moving or is_displaced) and not task.may_move:
+        subject = "it" if rested is None else f"it rested at {rested.position_deg:g}° and"
+        return Watched(Unknown(), seen), _unordered(seen, subject)
+    if seen.is_moving is False and not (seen.is_led and not seen.is_homed):
+        return Watched(Standing(seen.position_deg, seen.is_homed), seen), ""
+    return Watched(_coming_to_rest(bounds, task, seen), seen), ""
+
+
+def _is_off(bounds: Bounds, at_deg: float, seen: Seen) -> bool:
+    return seen.is_known and abs(seen.position_deg - at_deg) > bounds.standing_deg
+
+
 def _standing(bounds: Bounds, task: Standing, seen: Seen) -> tuple[Watched, str]:
-    """Judge an axis that should stand: without a home it may be turned by hand; none moves by itself."""
+    """Judge an axis that should stand: without a home it may be turned by hand, unless led; none moves by itself."""
     if seen.is_homed != task.is_homed and not seen.is_moving:
         return Watched(Unknown(), seen), ""
-    is_displaced = task.is_homed and abs(seen.position_deg - task.at_deg) > bounds.standing_deg
+    is_held = task.is_homed or seen.is_led
+    is_displaced = is_held and _is_off(bounds, task.at_deg, seen)
     if seen.is_moving or is_displaced:
         what = "moves" if seen.is_moving else "was moved"
         return Watched(Unknown(), seen), (
             f"{what}, though nothing told it to: left at {task.at_deg:g}°, now at {seen.position_deg:g}°,"
             f" allowed within {bounds.standing_deg:g}°"
         )
-    return Watched(task if task.is_homed else Standing(seen.position_deg, False), seen), ""
+    return Watched(task if is_held else Standing(seen.position_deg, False), seen), ""
 
 
 def _moving(bounds: Bounds, task: Moving, last: Seen | None, seen: Seen) -> tuple[Watched, str]:
@@ -346,8 +370,8 @@ def after_home(bounds: Bounds, at_deg: float) -> Bounds:
     return replace(bounds, home_deg=bounds.home_deg if is_there else at_deg, has_been_home=True)
 
 
-def _stopping(bounds: Bounds, task: Stopping, seen: Seen) -> Task:
-    if seen.is_moving is not False:
+def _coming_to_rest(bounds: Bounds, task: Unknown | Stopping, seen: Seen) -> Task:
+    if seen.is_moving is not False or not seen.is_known:
         return replace(task, resting=None)
     within_deg = band_deg(bounds.tolerance_deg)
     rests = task.resting is not None and abs(seen.position_deg - task.resting.position_deg) <= within_deg

@@ -278,8 +278,7 @@ class SupervisedAxis:
             self.is_silent = False
             if state.fault or state.awaits_operator:
                 return state, None
-            now_s = self._clock.monotonic_s()
-            return state, Seen(state.position_deg, sent_s, now_s, state.is_moving, state.is_homed, not state.unknown)
+            return state, Seen.of(state, sent_s, self._clock.monotonic_s())
 
         return self._judged(ask, must_stand=must_stand)
 

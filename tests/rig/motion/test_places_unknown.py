@@ -93,6 +93,39 @@ def test_an_order_that_reaches_a_servo_without_pulses_is_stopped_and_told(
     assert not any(axis.state().is_moving for axis in axes.values())
 
 
+@pytest.mark.parametrize("begin", [_go, _home])
+def test_an_order_that_reaches_a_servo_without_a_home_is_stopped_and_told(
+    begin: Callable[[MotionBench, dict[str, Any]], object],
+) -> None:
+    """Its pulse is what it was sent: another session left it at 36°, and no hand changes it."""
+    bench = motion_bench("maestro", speed_dps=20.0)
+    for channel in (1, 2):
+        bench.twin.channels[channel].aim(6800, bench.clock.monotonic_s())
+    axes = _opened(bench)
+    if begin is _go:
+        _home(bench, axes)
+    _strike(bench, AnotherChannel())
+    with pytest.raises(MotionBreach, match=r"roll: (moves|was moved), though nothing told it to: .*36"):
+        begin(bench, axes)
+    assert not any(axis.state().is_moving for axis in axes.values())
+
+
+def test_a_servo_that_goes_on_when_its_line_is_opened_is_stopped_and_accused_of_nothing_later() -> None:
+    """As a guard slows one whose engine died; it has no home on this connection, and does not say that it moves."""
+    bench = motion_bench("maestro", speed_dps=20.0)
+    channel, begins_s = bench.twin.channels[2], bench.clock.monotonic_s()
+    channel.aim(4000, begins_s)
+    channel.limit_speed(1, begins_s)
+    channel.aim(8000, begins_s)
+    supervisor = Supervisor(bench.clock)
+    axes: dict[str, Axis] = {name: supervisor.supervise(axis, line="one") for name, axis in bench.axes.items()}
+    (sentence,) = stop_what_moves(axes, bench.clock, MotionMemory())
+    assert sentence.startswith("roll: moves, though nothing told it to: stopped, at rest at ")
+    assert not channel.is_moving(bench.clock.monotonic_s())
+    for axis in axes.values():
+        home_and_arrive(axis, bench.clock, bench.clock.sleep)
+
+
 def test_a_servo_without_pulses_that_jumps_while_it_is_stopped_is_told() -> None:
     bench = motion_bench("maestro", speed_dps=20.0)
     roll = Supervisor(bench.clock).supervise(bench.axes["roll"])
