@@ -18,7 +18,7 @@ from sqlalchemy.exc import ArgumentError, SQLAlchemyError
 from sqlalchemy.pool import NullPool
 
 from ams.archive.ledger import verify_chain
-from ams.archive.refusals import NOTHING, RESTORE, cause_of, damaged, refusal, without_password
+from ams.archive.refusals import NOTHING, RESTORE, cause_of, damaged, is_busy, refusal, without_password
 from ams.archive.tables import REVISIONS
 from ams.errors import AmsError, ArchiveAbsent, ArchiveDamaged, ArchiveError, ArchiveUnknown
 from ams.whole_file import write_whole
@@ -38,14 +38,13 @@ _WRITERS = 0x63616C726967
 def reading(archive_url: str, busy_timeout_s: float) -> Iterator[Connection]:
     """Open a read transaction on an archive of the current schema. Raises: ArchiveError."""
     url = _parsed(archive_url)
-    _require_there(url)
+    _require_begun(url, busy_timeout_s)
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         if url.get_backend_name() == POSTGRES:
             connection.exec_driver_sql("SET TRANSACTION ISOLATION LEVEL REPEATABLE READ, READ ONLY")
         shown = _shown(url)
         revision = _revision(connection)
         if revision is None:
-            _refuse_emptied(url)
             raise ArchiveUnknown(f"{shown}: is a database but no archive: it has no schema version; give another URL")
         _check_not_newer(revision, shown)
         if revision != REVISIONS[-1]:
@@ -66,7 +65,7 @@ def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = Fa
     """
     url = _parsed(archive_url)
     if only_existing:
-        _require_there(url)
+        _require_begun(url, busy_timeout_s)
     with _transaction(url, "BEGIN IMMEDIATE", busy_timeout_s) as connection:
         if url.get_backend_name() == POSTGRES:
             connection.exec_driver_sql(f"SET LOCAL lock_timeout = {int(busy_timeout_s * 1000)}")
@@ -78,38 +77,53 @@ def writing(archive_url: str, busy_timeout_s: float, *, only_existing: bool = Fa
 def migrate(archive_url: str, busy_timeout_s: float = 10.0) -> tuple[str | None, str | None]:
     """Bring an archive that is there to this version's schema; the schema before and after. Raises: ArchiveError."""
     url = _parsed(archive_url)
-    _require_there(url)
+    _require_begun(url, busy_timeout_s)
     with _transaction(url, "BEGIN", busy_timeout_s) as connection:
         before = _revision(connection)
     if before is None:
-        _refuse_emptied(url)
         raise ArchiveUnknown(f"{_shown(url)}: is no archive: it has no schema version; {NOTHING}; give another URL")
     with writing(archive_url, busy_timeout_s, only_existing=True) as connection:
         return before, _revision(connection)
 
 
-def _require_there(url: URL) -> None:
-    """Refuse a SQLite file that is not there: to look at it would make it. Raises: ArchiveAbsent."""
+def _require_begun(url: URL, busy_timeout_s: float) -> None:
+    """Refuse a SQLite file that is not there, since to look at it would make it, or that has 0 bytes.
+
+    Raises: ArchiveAbsent; ArchiveUnknown; ArchiveError where somebody who makes it takes too long.
+    """
     path = _sqlite_path(url)
-    if path is not None and not os.path.exists(path):
+    if path is None:
+        return
+    if not os.path.exists(path):
         raise ArchiveAbsent(
             f"{path}: there is no archive: no such file; {NOTHING}; publish a set to it first, or give another URL"
         )
+    if _is_emptied(url, path, busy_timeout_s):
+        raise ArchiveUnknown(f"{path}: the archive {EMPTIED}; {NOTHING}; {EMPTIED_REMEDY}")
 
 
-def is_emptied(archive_url: str) -> bool:
+def is_emptied(archive_url: str, busy_timeout_s: float = 10.0) -> bool:
     """Return whether a SQLite archive's file is there and has 0 bytes: one in use was cut, or a first one not begun.
 
-    SQLite takes it for a new database, and whoever writes to it begins a new archive. Raises: ArchiveUnknown.
+    SQLite takes it for a new database, and whoever writes to it begins a new archive. One that somebody is making at
+    this moment is waited for. Raises: ArchiveUnknown; ArchiveError where that takes longer.
     """
-    path = _sqlite_path(_parsed(archive_url))
-    return path is not None and path.is_file() and path.stat().st_size == 0
+    url = _parsed(archive_url)
+    path = _sqlite_path(url)
+    return path is not None and path.is_file() and _is_emptied(url, path, busy_timeout_s)
 
 
-def _refuse_emptied(url: URL) -> None:
-    """Refuse to look at an archive of 0 bytes. Raises: ArchiveUnknown."""
-    if is_emptied(url.render_as_string(hide_password=False)):
-        raise ArchiveUnknown(f"{_shown(url)}: the archive {EMPTIED}; {NOTHING}; {EMPTIED_REMEDY}")
+def _is_emptied(url: URL, path: Path, busy_timeout_s: float) -> bool:
+    if os.path.getsize(path):
+        return False
+    try:
+        # Who makes an archive has the turn of writers from the first byte to the last, and commits all of it at once.
+        with _plain_transaction(url, "BEGIN IMMEDIATE", busy_timeout_s) as connection:
+            connection.exec_driver_sql("ROLLBACK")  # a commit of nothing makes a database
+    except SQLAlchemyError as error:
+        if is_busy(error):
+            raise refusal(_shown(url), error, busy_timeout_s) from error
+    return not os.path.getsize(path)
 
 
 @contextmanager

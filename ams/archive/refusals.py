@@ -17,9 +17,11 @@ PASSWORD_KEYS = ("password", "sslpassword")
 RESTORE = "restore a copy"
 VERIFY = f"{RESTORE}; calrig archive verify names the rows"
 
+_BUSY = ("locked", "busy", "lock timeout", "LockNotAvailable")
+
 SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
     (
-        ("locked", "busy", "lock timeout", "LockNotAvailable"),
+        _BUSY,
         "the archive is locked by another program for over {wait:g} s",
         "try again later",
         ArchiveError,
@@ -89,15 +91,23 @@ def without_password(archive_url: str) -> str:
 
 def refusal(shown: str, error: Exception, busy_timeout_s: float) -> ArchiveError:
     """Return the error to raise for what a database or its driver said."""
-    original = getattr(error, "orig", None) or error
-    cause = cause_of(error)
-    original_text = f"{type(original).__name__} {original}"
+    cause, original_text = cause_of(error), _original_text(error)
     for signs, what, to_do, kind in SENTENCES:
         if any(sign in original_text for sign in signs):
             return kind(f"{shown}: {what.format(cause=cause, wait=busy_timeout_s)}; {NOTHING}; {to_do}")
     return ArchiveError(
         f"{shown}: the archive refused: {cause}; {NOTHING}; check the URL, the rights and the free space"
     )
+
+
+def is_busy(error: Exception) -> bool:
+    """Return whether a database refused because another program has it."""
+    return any(sign in _original_text(error) for sign in _BUSY)
+
+
+def _original_text(error: Exception) -> str:
+    original = getattr(error, "orig", None) or error
+    return f"{type(original).__name__} {original}"
 
 
 def damaged(shown: str, what: str, to_do: str = VERIFY) -> ArchiveDamaged:

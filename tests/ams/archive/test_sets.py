@@ -271,6 +271,7 @@ def test_an_archive_that_was_cut_to_nothing_is_no_new_one(tmp_path: Path, look: 
         ArchiveError, match=r"has 0 bytes, which no archive has: .* nothing was changed; restore a copy"
     ):
         look(f"sqlite:///{path}")
+    assert path.read_bytes() == b""
 
 
 def test_a_file_that_is_no_database_is_left_alone(tmp_path: Path) -> None:
