@@ -24,6 +24,7 @@ from rig.description.device_settings import StreamSettings
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import shown
+from rig.link.symptoms import remedy
 from rig.wire import vn100 as wire
 from rig.wire.stream_lines import LONGEST_LINE, Rows
 
@@ -198,9 +199,10 @@ class Vn100:
     def _answer(self, payload: bytes) -> list[str]:
         """Return the line that repeats command and register; streamed lines and damaged ones are passed over."""
         deadline_s = self._stream.clock.monotonic_s() + TIMEOUT_S
-        received = b""
+        received = heard = b""
         while more := self._stream.read(deadline_s):
             received += more
+            heard = received
             *lines, received = received.split(b"\n")
             received = received[-LONGEST_LINE:]
             for index, line in enumerate(lines):
@@ -212,8 +214,18 @@ class Vn100:
                 break
         raise DeviceSilent(
             f"{self.name}: {self._stream.name}: no answer to {shown(payload)} within {TIMEOUT_S:g} s, the last bytes"
-            f" were {shown(received)}; nothing was set; check power and baud_rate ({self._settings.baud_rate})"
+            f" were {shown(heard)}; nothing was set; {self._remedy(payload, heard)}"
         )
+
+    def _remedy(self, payload: bytes, heard: bytes) -> str:
+        """Return what to look at, from what came instead of an answer."""
+        baud_rate = f"baud_rate ({self._settings.baud_rate})"
+        if not heard:
+            return f"check power, cable and {baud_rate}, and that no two cables changed places"
+        if wire.HEAD in heard:
+            return f"a VectorNav sends, and does not hear: check the wire to it, and {baud_rate}"
+        foreign = f"no VectorNav sends this: check that no two cables changed places, and {baud_rate}"
+        return remedy(wire.message(payload), heard, foreign)
 
     def _parts(self, line: bytes) -> list[str]:
         try:

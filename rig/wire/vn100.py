@@ -34,6 +34,8 @@ RATES_HZ = (1, 2, 4, 5, 10, 20, 25, 40, 50, 100, 200)
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200, 128000, 230400, 460800, 921600)
 OFF = 0
 PAUSE, RESUME = b"VNASY,0", b"VNASY,1"
+HEAD = b"$VN"
+"""Of every line that a unit writes."""
 
 YAW_PITCH_ROLL = (("yaw", "deg"), ("pitch", "deg"), ("roll", "deg"))
 FIELD = (("mx", "gauss"), ("my", "gauss"), ("mz", "gauss"))
@@ -173,12 +175,12 @@ def _numbers(register: int, reply: str) -> tuple[float, ...]:
 def row_pattern(output: str) -> re.Pattern[bytes]:
     """Return the pattern of one whole streamed line."""
     fields = len(OUTPUTS[output][1])
-    return re.compile(rb"\$VN%s(?:,%s){%d}\*[0-9A-F]{2}\r?\n" % (output.encode("ascii"), NUMBER, fields))
+    return re.compile(rb"\%s%s(?:,%s){%d}\*[0-9A-F]{2}\r?\n" % (HEAD, output.encode("ascii"), NUMBER, fields))
 
 
 def parse_rows(piece: bytes, output: str, pattern: re.Pattern[bytes]) -> Rows:
     """Parse whole lines of a streamed output to their numbers; ``pattern`` is its :func:`row_pattern`."""
-    header = b"$VN%s," % output.encode("ascii")
+    header = b"%s%s," % (HEAD, output.encode("ascii"))
     return parse_lines(
         piece,
         pattern,

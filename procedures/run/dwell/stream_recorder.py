@@ -81,14 +81,17 @@ class _Tape:
     heard_s: float
     blocks: list[StreamBlock] = field(default_factory=list)
     samples: int = 0
+    refused: int = 0
+    """Lines that were no sample, since the last that was one."""
     error: Exception | None = None
 
     def take(self, block: StreamBlock) -> None:
         if block.samples or block.refused:
             self.blocks.append(block)
+        self.refused += block.refused
         if block.samples:
             self.samples += block.samples
-            self.heard_s = block.polled_s
+            self.heard_s, self.refused = block.polled_s, 0
 
 
 class Recorder:
@@ -147,9 +150,12 @@ class Recorder:
                 raise tape.error
             silent_s = _SILENT_AFTER_S + _SILENT_AFTER_SAMPLES / tape.stream.rate_hz
             if now_s - tape.heard_s > silent_s:
+                came, to_do = "", "check power, cable and baud rate"
+                if tape.refused:
+                    came = f", but {tape.refused} lines that are none"
+                    to_do = "check columns and baud rate, and that no two cables changed places"
                 raise DeviceSilent(
-                    f"streams.{name}: no sample for {silent_s:.3g} s; what was recorded is void; check power, cable and"
-                    " baud rate"
+                    f"streams.{name}: no sample for {silent_s:.3g} s{came}; what was recorded is void; {to_do}"
                 )
 
     def samples(self, stream: str) -> int:

@@ -167,8 +167,29 @@ def test_what_is_no_sample_any_more_is_refused_line_by_line() -> None:
 def test_a_unit_that_streams_and_does_not_answer_is_silent() -> None:
     rig = vn100_rig()
     rig.twin.receive = lambda data, now_s: None  # type: ignore[method-assign]
-    with pytest.raises(DeviceSilent, match=r"no answer to b'VNASY,0' within 1 s.*baud_rate \(460800\)"):
+    hears_nothing = r"no answer to b'VNASY,0' within 1 s.*a VectorNav sends, and does not hear.*baud_rate \(460800\)"
+    with pytest.raises(DeviceSilent, match=hears_nothing):
         rig.vn100().start()
+
+
+@pytest.mark.parametrize(
+    ("sent", "words"),
+    [
+        (b"", r"the last bytes were b''; nothing was set; check power, cable and baud_rate \(460800\)"),
+        (
+            b"1,17,3.0,4.0\r\n",
+            r"were b'.*1,17,3\.0,4\.0.*no VectorNav sends this: check that no two cables changed places",
+        ),
+        (b"\x80\x07\xfe\n", "what came is no text: check baud rate and parity"),
+    ],
+)
+def test_what_comes_in_place_of_an_answer_says_what_to_look_at(sent: bytes, words: str) -> None:
+    """Two streams on each other's port, as after a change of cables."""
+    rig = vn100_rig()
+    rig.twin.receive = lambda data, now_s: None  # type: ignore[method-assign]
+    rig.faults.reads = {rig.faults.taken + n: faults.replace(sent) for n in range(1000)}
+    with pytest.raises(DeviceSilent, match=words):
+        rig.vn100().identify()
 
 
 def test_a_setting_that_the_unit_does_not_take_is_refused() -> None:

@@ -12,7 +12,7 @@ from procedures.run.dwell.stream_readout import StreamedReadout
 from procedures.run.dwell.stream_recorder import Gap, Recorder, Recording, recording
 from rig.clock import ScaledClock
 from rig.errors import DeviceSilent
-from rig.link.faults import drop
+from rig.link.faults import drop, replace
 from rig.link.ports import open_stream
 from rig.twins.csv_imu import CsvImuTwin
 from rig.twins.physics.imu import Motion
@@ -140,6 +140,16 @@ def test_a_stream_that_falls_silent_is_told() -> None:
     with recording({"imu": stream}, rig.clock, rig.clock.sleep) as recorder:
         recorder.start()
         with pytest.raises(DeviceSilent, match=r"streams\.imu: no sample for 5\.05 s"):
+            recorder.wait(60.0)
+
+
+def test_a_stream_whose_lines_are_another_device_s_is_told_by_what_comes() -> None:
+    """Fewer than the lines that a board may say first: what sends here is slow."""
+    rig, foreign = csv_rig(), replace(b"$VNYPR,+010.071,+000.278,-002.026*60\r\n")
+    rig.faults.reads = {rig.faults.taken + index: foreign if index < 20 else drop for index in range(100_000)}
+    with recording({"imu": rig.csv()}, rig.clock, rig.clock.sleep) as recorder:
+        recorder.start()
+        with pytest.raises(DeviceSilent, match=r"no sample for 5\.05 s, but \d+ lines that are none; .* no two cables"):
             recorder.wait(60.0)
 
 
