@@ -16,6 +16,8 @@ STRAY_MOTION = "stray_motion"
 """The event of an axis that was found moving, or elsewhere than it was left, when its line was opened."""
 AT_REST = "at_rest"
 """The event of what is found while a run stands still, and answered when it goes on."""
+OPENED_ANEW = "reconnect"
+"""The event of an attempt to open lost lines: what kept one shut, where it was not that before, or nothing."""
 LEASE, LEASE_LOST = "lease", "lease lost"
 """Events: held again; and an alarm though the run goes on. The first is the kind of both in the journal."""
 

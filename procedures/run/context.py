@@ -171,9 +171,9 @@ class RunContext:
         """Return what is free on the disk of the run, and what so many more dwells need. Raises: StorageFailed."""
         return self.services.free_bytes(self.progress_log.folder), needed_bytes(self.plan, dwells)
 
-    def has_passed(self, cause: str, dwells: int) -> bool:
+    def has_passed(self, alarm: Alarm, dwells: int) -> bool:
         """Return whether what holds a run until it is over is over."""
-        return not self.watch.is_short_of(cause, *self.room_bytes(dwells))
+        return not self.watch.goes_on(alarm, *self.room_bytes(dwells))
 
     def rest(self, duration_s: float) -> None:
         """Rest, with an eye on requests alone: the lines are lost."""

@@ -31,7 +31,7 @@ from procedures.journal.sidecar.last_words import TAKES_NOTHING, forget_last_wor
 from procedures.journal.sidecar.live import LiveFile
 from procedures.journal.sidecar.owner import owned_since
 from procedures.plan.plan import Plan
-from procedures.records.progress import RunObserver, SilentObserver
+from procedures.records.progress import OPENED_ANEW, RunObserver, SilentObserver
 from procedures.records.states import ACTIVE, RESUMABLE, State, state_sentence
 from procedures.run.context import RunContext
 from procedures.run.dwell.measure import OpenRig
@@ -351,10 +351,12 @@ class _Engine:
                 if isinstance(error, WaitEnded):  # the stop guard heard it
                     raise
                 if str(error) != last_error:
-                    self._progress_log.event("reconnect", {"failed": str(error)})
+                    self._progress_log.event(OPENED_ANEW, {"failed": str(error)})
+                    self._progress_log.tell(OPENED_ANEW, str(error))
+                    self._context.explain()
                 last_error, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)
                 continue
-            self._progress_log.event("reconnect", {"failed": ""})
+            self._progress_log.event(OPENED_ANEW, {"failed": ""})
             return
 
     def _reread(self) -> None:

@@ -359,7 +359,7 @@ class Epoch:
                     return False
                 self._take_back(alarm)
                 end_where_nothing_holds(alarm)
-                self._context.hold(alarm, partial(self._context.has_passed, alarm.cause, len(self._left) + 1))
+                self._context.hold(alarm, partial(self._context.has_passed, alarm, len(self._left) + 1))
             voided, self._taken_back = self._taken_back or [], None
             if voided or (dwell is not None and self._plateaus.has_lost(dwell)):
                 self._left.extendleft(reversed([*voided, *([] if dwell is None else [dwell])]))

@@ -19,11 +19,12 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.sidecar.last_words import MOVED, REPLACED, STORAGE, TAKES_NOTHING
 from procedures.journal.sidecar.owner import is_owned
 from procedures.journal.sidecar.second_folder import make_beside
-from procedures.journal.status.standing import derived_state
+from procedures.journal.status.standing import derived_state, reason_now
 from procedures.journal.status.stop_advice import StopNumbers, advice, numbers_of
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.pages import page_environment
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import OPENED_ANEW
 from procedures.records.states import State
 from procedures.run.ending import DIED, NO_RUN, PROCESS
 from procedures.run.sparkline import Sparkline, sparkline
@@ -136,7 +137,7 @@ def read_why(
             title=reader.header.title,
             state=stands,
             cause=cause or "unknown",
-            reason=reason or str(state.detail.get("reason", "")),
+            reason=reason or reason_now(str(state.detail.get("reason", "")), _last_try(reader, state)),
             utc=when,
             progress=f"{done} of {len(plan.design_dwells)} dwells of the design",
             positions=_positions(positions_deg, known, _unknown_positions(reader, positions_deg)),
@@ -146,6 +147,12 @@ def read_why(
             events=[(event.utc, event.kind, _in_words(event)) for event in events if event.utc >= since][-_MOST_ROWS:],
             made_again=made_again_in(events)[-_MOST_ROWS:],
         )
+
+
+def _last_try(reader: JournalReader, state: Event) -> str:
+    """Return what the last attempt to open lost lines found, since the state was entered."""
+    tried = reader.last_event(OPENED_ANEW)
+    return "" if tried is None or tried.sequence < state.sequence else str(tried.detail["failed"])
 
 
 def text_of(why: Why) -> str:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Final
 
 from procedures.records.dwells import Event
+from procedures.records.progress import OPENED_ANEW
 from procedures.records.states import State
 from rig.link.counts import ExchangeCounts
 
@@ -68,7 +69,7 @@ class LineTally:
             self._since = now
         elif lost := _LOST.match(str(event.detail.get("reason", ""))) if event.detail.get("to") == State.HELD else None:
             self._lost[lost["line"]] += 1
-        elif event.kind == "reconnect" and not event.detail.get("failed"):
+        elif event.kind == OPENED_ANEW and not event.detail.get("failed"):
             self._begin_anew()
         elif event.kind == "opened" and event.detail.get("pid") != self._process:
             self._begin_anew()

@@ -19,7 +19,7 @@ from procedures.journal.audit.line_figures import LineTally
 from procedures.journal.encoding import FLOAT, channels_of, decode_dwell
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.sidecar.owner import is_owned
-from procedures.journal.status.standing import RunStatus, derived_state, end_at_the_latest, end_at_this_pace
+from procedures.journal.status.standing import RunStatus, derived_state, end_at_the_latest, end_at_this_pace, reason_now
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.journal.taken_away import require_not_taken_away
 from procedures.journal.time_stamps import SETTLED_NS
@@ -27,6 +27,7 @@ from procedures.journal.voids import KIND as VOIDED
 from procedures.journal.voids import QUARANTINED, Key, keys_in
 from procedures.plan.plan import Expectation
 from procedures.records.dwells import DwellRecord, Event
+from procedures.records.progress import OPENED_ANEW
 from procedures.records.states import GOING, STANDING_STILL, State
 from rig.clock import Clock, SystemClock
 
@@ -69,6 +70,8 @@ class _Known:
     last_dwell: Event | None = None
     paced: int = 0
     """Accepted since the state was entered."""
+    last_try: str = ""
+    """What the last attempt to open lost lines found, since the state was entered."""
     lines: LineTally = field(default_factory=LineTally)
     ahead_s: float = 0.0
     """Of the dates that count is the computer's clock, since it was set."""
@@ -79,6 +82,9 @@ class _Known:
         match event.kind:
             case "state":
                 self.state, self.since, self.paced = State(str(event.detail["to"])), event, 0
+                self.last_try = ""
+            case _ if event.kind == OPENED_ANEW:
+                self.last_try = str(event.detail["failed"])
             case "dwell":
                 self.last_dwell = event
                 self.seen += 1
@@ -172,6 +178,7 @@ class Follower:
         counted = self._design.keys() & set(known.accepted.values())
         done, last = len(counted), next((step for step in reversed(known.accepted.values()) if step in counted), None)
         reason, by = ("", "") if since is None else (str(since.detail.get(key, "")) for key in ("reason", "by"))
+        reason = reason_now(reason, known.last_try)
         is_stop = state in STANDING_STILL
         left = len(self._design) - done
         ends = self._eta_utc(left) if state in GOING else None

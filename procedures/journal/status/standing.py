@@ -88,6 +88,14 @@ def derived_state(written: State, *, is_alive: bool) -> State:
     return State.INTERRUPTED if written in ACTIVE and not is_alive else written
 
 
+def reason_now(reason: str, last_try: str) -> str:
+    """Return why a run stands still, and what keeps its lines shut by now where that is another thing.
+
+    ``last_try``: what the last attempt to open them found; empty before the first.
+    """
+    return f"{reason}; at the last try to open the lines: {last_try}" if last_try not in reason else reason
+
+
 def end_at_this_pace(since: datetime, last: datetime, done: int, left: int, planned_s: float) -> datetime:
     """Return when it ends by the wall-clock pace since the check set of this epoch, blended with the plan's."""
     each_s = (_PLAN_WEIGHT * planned_s + (last - since).total_seconds()) / (_PLAN_WEIGHT + done)

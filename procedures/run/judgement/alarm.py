@@ -28,6 +28,8 @@ class Alarm:
     response: Response
     void_from_s: float | None = None
     """Dwells of this process that ended later (rig seconds) are taken back; None for none."""
+    band: str = ""
+    """The interlock that found it, by its name in the rig file; empty of anything else."""
 
 
 def lost_link(error: Exception) -> Alarm:

@@ -127,11 +127,14 @@ class Watch:
         bands = {lock.name: partial(self._band_at_rest, lock, read, announce) for lock, read in self._locks()}
         return {"clock": self._suspension, "chambers": self._chambers, **axes, **bands}
 
-    def is_short_of(self, cause: str, free_bytes: float, needed_bytes: float) -> bool:
-        """Return whether what holds a run until it is over goes on: room on the disk, or a band."""
-        if cause == "disk":
+    def goes_on(self, alarm: Alarm, free_bytes: float, needed_bytes: float) -> bool:
+        """Return whether what holds a run until it is over goes on: no room on the disk, or a band that is left.
+
+        Another band that is left by then is a cause of its own: it holds the run anew, and says so.
+        """
+        if alarm.cause == "disk":
             return any(True for _ in self._disk(free_bytes, needed_bytes))
-        return any(seen.is_alarmed for seen in self._bands.values())
+        return self._bands[alarm.band].is_alarmed
 
     def _findings(self, free_bytes: float, needed_bytes: float, announce: Callable[[], None]) -> Iterator[Alarm]:
         yield from self._suspension()
@@ -237,7 +240,7 @@ class Watch:
         self._bands[lock.name], self._read_s[lock.name] = seen, now_s
         if seen.is_alarmed:
             alarms = alarm_clause(self._rig.environments.get(lock.name.removeprefix("environment.")))
-            yield Alarm("interlock", f"{lock.sentence(value)}{alarms}", lock.action, seen.kept_until_s)
+            yield Alarm("interlock", f"{lock.sentence(value)}{alarms}", lock.action, seen.kept_until_s, lock.name)
 
     def _single_reading_v(self, channel: str) -> float:
         burst = self._rig.readouts[channel.partition(".")[0]].read(channel, 1, self._wait)

@@ -9,6 +9,7 @@ from faulty_rig import FaultyRig
 from small_run import Bench, bench, dwells_of, measured
 from unattended_run import RigReopenedLate, UnattendedRun, asks, events, run_unattended, states
 
+from procedures.journal.status.status import status
 from procedures.records.states import State
 from procedures.run.ending import Outcome
 from rig.abilities.abilities import AxisState, Burst
@@ -86,6 +87,31 @@ def test_fault_21_stuck_link_is_given_up_only_by_stop_or_abort(
     assert outcome.state is state
     assert 15 < rig.attempts < 30, "growing pauses, at most a minute, over 1000 s"
     assert len(events(unattended.run_dir, "reconnect")) == 1, "the same refusal is written once"
+
+
+def test_fault_21_what_keeps_the_lines_shut_by_now_is_told_beside_what_was_lost(small: Bench, tmp_path: Path) -> None:
+    """Who has plugged the meter in again must not go on looking for it while the table stays away."""
+    seen: list[tuple[str, str]] = []
+
+    class TableStaysAway(RigReopenedLate):
+        def reconnect(self) -> None:
+            if self.attempts >= 2 and not seen:
+                raise LinkLost("axes.pitch at /dev/ttyUSB3: cannot be opened; check the cable and the path")
+            super().reconnect()
+
+    def look(run: UnattendedRun) -> None:
+        seen.append((status(run.run_dir).reason, (run.run_dir / "why.txt").read_text(encoding="utf-8")))
+
+    unattended = UnattendedRun(tmp_path / "run", at={300: look})
+    lost = _fails_at(LinkLost(GONE), 50, 50)
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: TableStaysAway(rig, 4, spoil=lost))
+    assert outcome.state is State.FINISHED
+    ((reason, page),) = seen
+    words = "at the last try to open the lines: axes.pitch at /dev/ttyUSB3: cannot be opened"
+    assert reason.startswith(f"link lost: {GONE}")
+    assert words in reason
+    assert words in page
+    assert status(unattended.run_dir).reason == ""
 
 
 def test_fault_22_what_answers_after_the_replug_is_asked_who_it_is(small: Bench, tmp_path: Path) -> None:

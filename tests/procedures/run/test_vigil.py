@@ -81,6 +81,28 @@ def test_fault_52_an_axis_that_another_hand_moves_in_a_hold_by_an_interlock_trip
     _require_trip_soon(unattended, "held", MOVED)
 
 
+def test_what_holds_a_run_is_told_by_the_band_that_is_left_now(tmp_path: Path) -> None:
+    """The room is left while the air holds the run, and still left when the air is back."""
+    both = "".join(f"[interlocks.temperature.{name}]\nband_degc = [18.0, 22.0]\n" for name in ("air", "room"))
+    room = '[environment.room]\ndriver = "watlow-f4"\nport = "twin"\n'
+    small = bench(tmp_path, rig=(("[twin]", f"{room}{both}[twin]"),))
+
+    def warm_room(degc: float) -> Callable[[UnattendedRun], None]:
+        return lambda unattended: _world(unattended).disturb("room", degc, unattended.rig.clock.monotonic_s())
+
+    unattended = UnattendedRun(
+        tmp_path / "run",
+        after={4: _warm(30.0)},
+        at={50: warm_room(30.0), 100: _warm(20.0), 300: warm_room(20.0)},
+    )
+    assert run_unattended(small, unattended).state is State.FINISHED
+    held = [event for event in events(unattended.run_dir, "state") if event.detail["to"] == "held"]
+    assert [str(event.detail["reason"]).partition(":")[0] for event in held] == ["environment.air", "environment.room"]
+    assert not [
+        event for event in events(unattended.run_dir, "dwell") if held[0].sequence < event.sequence < held[1].sequence
+    ]
+
+
 class SoakSeen(UnattendedRun):
     """Something happens when a soak begins, and somebody writes down when that was."""
 
