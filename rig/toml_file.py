@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from rig.allowed_values import allowed_in_words
 from rig.errors import DescriptionError
-from rig.plain_text import BYTE_ORDER_MARK, PARAGRAPHS, hidden_complaint, one_line
+from rig.plain_text import BYTE_ORDER_MARK, LONGEST_OF_FILE, PARAGRAPHS, one_line, text_complaint
 
 KeyPath = tuple[str, ...]
 
@@ -233,14 +233,16 @@ def _hidden(value: object, key: KeyPath) -> Iterator[tuple[KeyPath, str]]:
     """Keys and what is wrong with their letters that nobody sees; the key that is told is as it can be shown."""
     if isinstance(value, dict):
         for name, item in value.items():
-            if complaint := hidden_complaint(name):
+            if complaint := text_complaint(name, longest=LONGEST_OF_FILE):
                 yield (*key, one_line(name)), complaint
             yield from _hidden(item, (*key, name))
     elif isinstance(value, list):
         for item in value:
             yield from _hidden(item, key)
-    elif isinstance(value, str) and (complaint := hidden_complaint(value, PARAGRAPHS if key[-1:] in OF_LINES else "")):
-        yield key, complaint
+    elif isinstance(value, str):
+        kept = PARAGRAPHS if key[-1:] in OF_LINES else ""
+        if complaint := text_complaint(value, kept, LONGEST_OF_FILE):
+            yield key, complaint
 
 
 def _lines_of_keys(text: str) -> dict[KeyPath, int]:

@@ -14,7 +14,7 @@ from platformdirs import user_state_path
 from procedures.accounts.people import People
 from procedures.errors import RequestError
 from procedures.journal.taken_away import is_taken_away
-from rig.plain_text import hidden_complaint
+from rig.plain_text import LONGEST_NAME, text_complaint
 
 JOURNAL = "journal.sqlite"
 
@@ -128,11 +128,13 @@ def login_name() -> str:
 def person_named(operator: str | None) -> str:
     """Return who answers for it: by --operator, else who is logged in.
 
-    Raises: RequestError for a name that is empty or holds what nobody sees.
+    Raises: RequestError for a name that is empty, or that nobody can read.
     """
     if operator is None:
         return login_name()
-    complaint = hidden_complaint(operator) or ("" if operator.strip() else "is empty; give a name, or leave it out")
+    complaint = text_complaint(operator, longest=LONGEST_NAME) or (
+        "" if operator.strip() else "is empty; give a name, or leave it out"
+    )
     if complaint:
-        raise RequestError(f"--operator: got {operator!r}, which {complaint}; nothing was done")
+        raise RequestError(f"--operator: got {operator[:80]!r}, which {complaint}; nothing was done")
     return operator.strip()

@@ -14,7 +14,7 @@ from procedures.cli.program_log import tell as log
 from procedures.cli.standard_streams import open_closed_streams
 from procedures.cli.stop_at_once import stop_at_once
 from procedures.errors import ExitStatus, ProcedureError, RequestError
-from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
+from rig.plain_text import LONGEST_NAME, LONGEST_OF_FILE, LONGEST_TEXT, PARAGRAPHS, one_line, text_complaint
 from rig.threads import begun
 
 PLACEHOLDERS = frozenset({"NAME", "TEXT", "REASON"})
@@ -194,9 +194,18 @@ def _require_seen(arguments: Sequence[str]) -> None:
     has_words = arguments[:1] in (["note"], ["ack"])
     for before, argument in zip(["", *arguments], arguments, strict=False):
         is_words = has_words and not argument.startswith("-") and not before.startswith("-")
-        complaint = hidden_complaint(argument, PARAGRAPHS if is_words else "")
+        option, mark, _ = argument.partition("=")
+        longest = _longest(option if mark else before, is_words=is_words)
+        complaint = text_complaint(argument, PARAGRAPHS if is_words else "", longest)
         if complaint and not os.path.lexists(argument):
             raise RequestError(f"{one_line(argument)[:80]}: {complaint}; nothing was done")
+
+
+def _longest(option: str, *, is_words: bool) -> int:
+    """Return how many letters may be typed: of a path, a setting or anything else, as many as in a file."""
+    if option == "--operator":
+        return LONGEST_NAME
+    return LONGEST_TEXT if is_words or option in OF_A_PERSON else LONGEST_OF_FILE
 
 
 def _require_filled_in(arguments: Sequence[str]) -> None:

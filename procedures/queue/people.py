@@ -22,7 +22,7 @@ from procedures.queue.store import Change, QueueStore
 from rig.assembly.open_rig import real_ports
 from rig.description.rig_file import RigDescription
 from rig.local_time import at_both
-from rig.plain_text import hidden_complaint, one_line
+from rig.plain_text import LONGEST_NAME, one_line, text_complaint
 
 Choice = Literal["resume", "again", "drop"]
 Check = Callable[[Path, Path, Path], Sequence[str]]
@@ -161,7 +161,9 @@ def mounted_in(words: Iterable[str]) -> dict[str, str]:
     mounted: dict[str, str] = {}
     for word in words:
         name, datum = (part.strip() for part in word.partition("=")[::2])
-        complaint = hidden_complaint(word) or ("" if name else "names no sensor; write SN1047 or SN1047=A")
+        complaint = text_complaint(word, longest=LONGEST_NAME) or (
+            "" if name else "names no sensor; write SN1047 or SN1047=A"
+        )
         if complaint or name in mounted:
             complaint = complaint or "names a sensor a second time; name each once"
             raise RequestError(f"queue attest: {one_line(word)[:80]}: {complaint}; nothing was attested")

@@ -20,8 +20,10 @@ _MARKS = ("\u061c", "\u200e", "\u200f")
 
 
 def acts(letter: str) -> bool:
-    """Whether a letter acts on a screen or the direction of reading, or is never seen, by Unicode's own tables."""
+    """Whether a letter acts on a screen or turns the reading, is never seen, or is none, by Unicode's own tables."""
     if any(first <= ord(letter) <= last for first, last in _IGNORABLE):
+        return True
+    if ord(letter) % 0x10000 >= 0xFFFE or 0xFDD0 <= ord(letter) <= 0xFDEF:  # noncharacters
         return True
     return unicodedata.category(letter) in _UNSEEN or unicodedata.bidirectional(letter) in _TURNING or letter in _MARKS
 
@@ -36,11 +38,11 @@ def of_every_block() -> str:
 
 @cache
 def all_letters() -> str:
-    """Return every letter that Unicode has a name for, and some of those that it has not: private, none.
+    """Return every letter that Unicode has a name for, and some of those that it has not: private ones, none yet.
 
     Of the thousands of like ones (ideographs, syllables of Hangul) it is one in 97: a page has to hold them.
     """
-    unnamed = [0xE000, 0xF8FF, 0xFDD0, 0xFFFE, 0xFFFF, 0x1FFFE, 0xF0000, 0x10FFFF]
+    unnamed = [0xE000, 0xF8FF, 0x0378, 0x3FFFD, 0xF0000, 0x10FFFD]
     codes = [code for code in range(0x21, _END) if unicodedata.category(chr(code)) not in ("Cn", "Co", "Zs")]
     kept = [code for code in codes if not _is_one_of_many(code) or code % 97 == 0]
     return "".join(letter for letter in map(chr, [*kept, *unnamed]) if not acts(letter))

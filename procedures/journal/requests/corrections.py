@@ -21,7 +21,7 @@ from procedures.journal.voids import KIND, key_of, void_detail
 from procedures.records.dwells import DwellRecord
 from procedures.records.states import ACTIVE, RESUMABLE, State, is_unasked, require_transition
 from rig.clock import Clock, SystemClock
-from rig.plain_text import hidden_complaint
+from rig.plain_text import LONGEST_NAME, LONGEST_TEXT, text_complaint
 
 TAKES_BACK = (*ACTIVE, *RESUMABLE, State.FINISHED)
 """States of a run that no process runs in which dwells can be taken back."""
@@ -41,9 +41,9 @@ class Authorisation:
     """From where."""
 
     def __post_init__(self) -> None:
-        """Refuse texts that hold what nobody sees, whoever asks. Raises: RequestError."""
-        for name, text in (("operator", self.operator), ("reason", self.reason)):
-            if complaint := hidden_complaint(text):
+        """Refuse texts that nobody can read, whoever asks. Raises: RequestError."""
+        for name, text, longest in (("operator", self.operator, LONGEST_NAME), ("reason", self.reason, LONGEST_TEXT)):
+            if complaint := text_complaint(text, longest=longest):
                 raise RequestError(f"{name}: {complaint}; nothing was changed")
 
 

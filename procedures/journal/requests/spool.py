@@ -26,7 +26,7 @@ from procedures.journal.sidecar.owner import is_owned
 from procedures.journal.time_stamps import SETTLED_NS
 from procedures.records.states import ACTIVE
 from rig.clock import Clock, SystemClock
-from rig.plain_text import PARAGRAPHS, hidden_complaint
+from rig.plain_text import LONGEST_NAME, LONGEST_TEXT, PARAGRAPHS, text_complaint
 
 Kind = Literal["pause", "continue", "stop", "abort", "note", "ack"]
 AS_THEY_COME: tuple[Kind, ...] = ("stop", "abort", "note")
@@ -154,8 +154,9 @@ def words_complaint(by: str, text: str, address: str = "", kept: str = PARAGRAPH
 
     ``kept``: hidden letters that the text may hold all the same; those of several lines where nothing else is said.
     """
-    for name, said, allowed in (("by", by, ""), ("text", text, kept), ("place", address, "")):
-        if complaint := hidden_complaint(said, allowed):
+    said = (("by", by, "", LONGEST_NAME), ("text", text, kept, LONGEST_TEXT), ("place", address, "", LONGEST_NAME))
+    for name, words, allowed, longest in said:
+        if complaint := text_complaint(words, allowed, longest):
             return f"{name}: {complaint}"
     return ""
 

@@ -25,7 +25,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.requests.corrections import add_note
 from procedures.journal.sidecar.owner import owning
 from procedures.records.states import State
-from rig.plain_text import PARAGRAPHS, hidden_complaint, one_line
+from rig.plain_text import PARAGRAPHS, one_line, text_complaint
 
 RUN = "/api/v1/runs/night-1"
 OWN = {"origin": BASE}
@@ -155,7 +155,7 @@ def test_words_that_the_command_refuses_are_refused_from_a_page(ended: Visited, 
     fields = ended.fields(browser, text=text, **({"number": "1"} if act in ("void", "redo") else {}))
     answer = browser.post(f"{RUN}/{act}", data=fields, headers=page)
     assert answer.status_code == 400
-    assert f"{act}: text: {hidden_complaint(text, PARAGRAPHS)}; nothing was done" in unescape(answer.text)
+    assert f"{act}: text: {text_complaint(text, PARAGRAPHS)}; nothing was done" in unescape(answer.text)
     with JournalReader.open(ended.run) as reader:
         assert [event.kind for event in reader.events()] == before
 
@@ -163,7 +163,7 @@ def test_words_that_the_command_refuses_are_refused_from_a_page(ended: Visited, 
 @pytest.mark.parametrize("text", HIDDEN)
 def test_the_command_refuses_the_same_words(ended: Visited, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["note", str(ended.run), text, "--operator", "Anna"]) == 2
-    assert hidden_complaint(text, PARAGRAPHS) in capsys.readouterr().err
+    assert text_complaint(text, PARAGRAPHS) in capsys.readouterr().err
     with pytest.raises(RequestError, match=r"note: text: holds <U\+.*nothing was noted"):
         add_note(ended.run, "Anna", text)
 

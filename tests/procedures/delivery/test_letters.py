@@ -72,16 +72,17 @@ def lettered(tmp_path_factory: pytest.TempPathFactory) -> Lettered:
         {'"small"': json.dumps(title, ensure_ascii=False), '["csv", "mat"]': FORMATS},
         {'serial = "AA-2216"': f"serial = {quoted}", "[twin]\nseed": f"[job]\n{declared}{laboratory}[twin]\nseed"},
     )
-    words = ["run", procedure, "--rig", rig, "--out", str(folder / "runs"), "--operator", text]
+    name = text[-plain_text.LONGEST_NAME :]
+    words = ["run", procedure, "--rig", rig, "--out", str(folder / "runs"), "--operator", name]
     with nothing_delivered():
         assert run_command(words) == 0
     (journal,) = (folder / "runs").glob("*/journal.sqlite")
     run = journal.parent
-    assert run_command(["note", str(run), text, "--operator", text]) == 0
+    assert run_command(["note", str(run), text, "--operator", name]) == 0
     note_of_an_older_version(run, OLD_NOTE, OLD_NOTE)
-    assert run_command(["void", str(run), "--from", "25", "--reason", text, "--operator", text]) == 0
+    assert run_command(["void", str(run), "--from", "25", "--reason", text, "--operator", name]) == 0
     with nothing_delivered():
-        assert run_command(["resume", str(run), "--operator", text, "--reason", text]) == 0
+        assert run_command(["resume", str(run), "--operator", name, "--reason", text]) == 0
     with pytest.MonkeyPatch.context() as patch:  # no text that somebody wrote stands in a figure
         patch.setattr(
             "procedures.report.write.draw_figures",
@@ -192,6 +193,25 @@ def test_a_letter_that_acts_is_refused_wherever_a_text_comes_in(
             assert refused.err.startswith(f"calrig: {procedure}:{line}: procedure.title: holds {said}, "), refused.err
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("note", ".", "x" * 100_000), "has 100000 letters, allowed are 2000; shorten it"),
+        (("note", ".", "door", "--operator", "Anna" * 100), "has 400 letters, allowed are 200; shorten it"),
+        (("void", ".", "3", "--reason", "x" * 2001), "has 2001 letters, allowed are 2000; shorten it"),
+        (("void", ".", "3", f"--reason=a{chr(0x301) * 1500}"), "has 1500 marks on one letter, allowed are 30; leave"),
+        (("note", ".", "a\ufffeb"), "holds <U+FFFE>, which nobody sees"),
+    ],
+)
+def test_words_that_nobody_can_read_are_refused_before_anything_is_done(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    refused = call(capsys, *words)
+    assert (refused.status, said in refused.err) == (2, True), refused.err
+    assert len(refused.err) < 300
+    assert refused.err.endswith("; nothing was done\n")
+
+
 def test_a_note_and_an_address_may_have_several_lines(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "no run is there" in call(capsys, "note", tmp_path, "one\nand two").err
     lines = '[laboratory]\nname = "lab"\naddress = """1 Tunnel Road\nHampton"""\n'
@@ -202,6 +222,10 @@ def test_a_note_and_an_address_may_have_several_lines(tmp_path: Path, capsys: py
 def test_whoever_asks_in_another_way_than_the_command_is_refused_alike(tmp_path: Path) -> None:
     with pytest.raises(RequestError, match="operator: holds <U\\+000A>, a line break or a tab; write it in one line"):
         Authorisation("anna\nberta", "a bump")
+    with pytest.raises(RequestError, match="reason: has 100000 letters, allowed are 2000; shorten it; nothing was"):
+        Authorisation("anna", "a" * 100_000)
+    with pytest.raises(RequestError, match="text: has 1500 marks on one letter, allowed are 30"):
+        ask(tmp_path, "note", "anna", datetime(2026, 1, 1, tzinfo=UTC), "a" + "\u0489" * 1500)
     with pytest.raises(RequestError, match="by: holds <U\\+200B>, which nobody sees"):
         ask(tmp_path, "stop", "an\u200bna", datetime(2026, 1, 1, tzinfo=UTC))
 
