@@ -106,8 +106,8 @@ class RunContext:
         self.progress_log.event(LINKS, link_detail(self.rig.link_counts()))
 
     def stop_if_requested(self) -> None:
-        if self.wait.stop is not None:
-            raise RunEnds(Ending(State.STOPPED, self.wait.stop.text, self.wait.stop.by))
+        if (ending := self.wait.behind_the_dwell) is not None:
+            raise RunEnds(ending)
 
     def wait_unless_stopped(self, duration_s: float) -> None:
         """Where there is no dwell to finish first."""

@@ -56,6 +56,8 @@ class Ending:
     """A word that resume understands, such as ``seam``; empty otherwise."""
     met: tuple[BaseException, ...] = ()
     """What failed behind that, on the way out, the first one first."""
+    requested_utc: datetime | None = None
+    """When the run heard that somebody asked for it, by the rig's clock; None where nobody asked the run itself."""
 
     @property
     def fault_met(self) -> str:
@@ -76,12 +78,15 @@ class Ending:
                 sentences.insert(0, stop or str(error))
         return sentences
 
-    def requested(self, now_utc: datetime) -> list[str]:
-        """Return the reason, where somebody asked with what and when: of a run whose axes are not known to rest."""
+    def requested(self, decided_utc: datetime) -> list[str]:
+        """Return the reason, where somebody asked with what and when: of a run whose axes are not known to rest.
+
+        ``decided_utc``: when it began to end, before it was made safe, which may take minutes.
+        """
         if self.state not in (State.STOPPED, State.ABORTED) or not self.by:
             return [self.reason] if self.reason else []
         said = f": {self.reason}" if self.reason else ""
-        return [f"the run was {self.state} {at_both(now_utc, to_the_second=True)}{said}"]
+        return [f"the run was {self.state} {at_both(self.requested_utc or decided_utc, to_the_second=True)}{said}"]
 
 
 class RunEnds(Exception):

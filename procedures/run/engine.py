@@ -197,6 +197,7 @@ class _Engine:
         A resume that failed before it began leaves the run as resumable as it was.
         """
         crash_point(CrashPoint.ENDING)
+        decided_utc = self._rig.clock.now_utc()
         self._context.live.tell(STOPPING, waiting_for=TO_STAND)
         safe = make_safe(self._rig, self._context.plan, is_open=self._is_open)
         crash_point(CrashPoint.MADE_SAFE)
@@ -204,7 +205,7 @@ class _Engine:
         if needs_a_look := ending.fault_met or safe.cause:
             is_worse = cause in (DEVICE, BROKEN_LINE) and safe.cause
             state, cause = _without_safety(state), safe.cause if is_worse else cause or needs_a_look
-            reasons = ending.requested(self._rig.clock.now_utc())
+            reasons = ending.requested(decided_utc)
         reasons += ending.met_in_words(last_stop_failed=bool(safe.failures))
         reasons += safe.reasons
         is_left_as_it_was = self._progress_log.state in RESUMABLE

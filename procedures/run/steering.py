@@ -66,6 +66,8 @@ class Steering:
         """Of the state in which the run is; None where no state is known and every request is taken."""
         self._obeyed: set[tuple[str, str]] = set()
         """Kind and key of every request that was obeyed."""
+        self._heard_utc: dict[str, datetime] = {}
+        """By kind, of the newest request."""
         self._signals: deque[int] = deque()
         self._interrupts = 0
         self.pause: Request | None = None
@@ -113,10 +115,16 @@ class Steering:
     def at_once(self) -> Ending | None:
         """How a wait that ended at once ends the run: aborted, or stopped where the process was told to end."""
         if self.abort is not None:
-            return Ending(State.ABORTED, self.abort.text, self.abort.by)
-        if self.terminated is not None:
-            return Ending(State.STOPPED, self.terminated.text, self.terminated.by)
-        return None
+            return self._ending(State.ABORTED, self.abort)
+        return None if self.terminated is None else self._ending(State.STOPPED, self.terminated)
+
+    @property
+    def behind_the_dwell(self) -> Ending | None:
+        """How a stop that waits for the dwell ends the run."""
+        return None if self.stop is None else self._ending(State.STOPPED, self.stop)
+
+    def _ending(self, state: State, request: Request) -> Ending:
+        return Ending(state, request.text, request.by, requested_utc=self._heard_utc.get(request.kind))
 
     @property
     def _slice_s(self) -> float:
@@ -148,6 +156,8 @@ class Steering:
                 self._heed(taken.request)
 
     def _heed(self, request: Request | None) -> None:
+        if request is not None:
+            self._heard_utc[request.kind] = self._clock.now_utc()
         match request:
             case Request(kind="pause"):
                 self.pause = request

@@ -5,6 +5,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from asking import put
+from faulty_rig import FaultyRig
 from small_run import Bench, bench
 from unattended_run import RigReopenedLate, UnattendedRun, events, run_unattended, states
 
@@ -13,8 +15,9 @@ from procedures.journal.sidecar.last_words import STORAGE
 from procedures.records.states import State
 from procedures.run.ending import Ending, RunEnds, decision, defect_of, ending_of
 from procedures.run.judgement.alarm import TrustLost
-from rig.abilities.abilities import Burst
+from rig.abilities.abilities import AxisState, Burst
 from rig.errors import DeviceFault, DeviceRefused, DeviceSilent, GuardLost, LinkLost, MotionBreach, RigError, WaitEnded
+from rig.local_time import at_both
 from rig.motion.move import NotSeenAtRest
 
 BY_ANNA = Ending(State.ABORTED, "smoke", "anna")
@@ -228,8 +231,11 @@ def test_a_stop_that_the_guard_heard_ends_a_run_that_waits_for_its_lines(small: 
 
 
 def test_a_fault_on_the_way_out_trips_the_run_and_tells_who_stopped_it(small: Bench, tmp_path: Path) -> None:
+    heard: list[str] = []
+
     def spoil(number: int, burst: Burst) -> Burst:
         if number == 50:
+            heard.append(at_both(unattended.rig.clock.now_utc(), to_the_second=True))
             with _on_the_way_out(MotionBreach("pitch moved unasked")):
                 raise WaitEnded(HEARD, "bert")
         return burst
@@ -237,5 +243,24 @@ def test_a_fault_on_the_way_out_trips_the_run_and_tells_who_stopped_it(small: Be
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, rig_of=lambda rig: RigReopenedLate(rig, 1, spoil=spoil))
     assert (outcome.state, outcome.cause) == (State.TRIPPED, "supervision")
-    assert outcome.reason.startswith("the run was aborted 20")
-    assert outcome.reason.endswith(f": {HEARD}; pitch moved unasked (asked for by bert)")
+    assert outcome.reason == f"the run was aborted {heard[0]}: {HEARD}; pitch moved unasked (asked for by bert)"
+
+
+def test_when_a_run_was_aborted_is_when_somebody_asked_for_it(small: Bench, tmp_path: Path) -> None:
+    """Before its axes were seen to stand, which takes its time, and a device fails meanwhile."""
+    asked: list[str] = []
+
+    def abort(unattended: UnattendedRun) -> None:
+        asked.append(at_both(unattended.rig.clock.now_utc(), to_the_second=True))
+        put(unattended.spool, "abort", "bert", "smoke")
+
+    def look(state: AxisState) -> AxisState:
+        if asked:
+            unattended.rig.clock.sleep(30.0)
+            raise DeviceFault("pitch: its drive reports a fault")
+        return state
+
+    unattended = UnattendedRun(tmp_path / "run", after={5: abort})
+    outcome = run_unattended(small, unattended, rig_of=lambda rig: FaultyRig(rig, look=look))
+    assert outcome.state is State.TRIPPED
+    assert outcome.reason.startswith(f"the run was aborted {asked[0]}: smoke; "), outcome.reason
