@@ -11,6 +11,18 @@ from dataclasses import dataclass, field
 from ams.arrays import FloatArray, IntArray
 
 
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """What the single samples of an output show, of which its rows have the means only."""
+
+    step: float | None
+    """What they are whole multiples of, in the unit of the outputs; None where none shows."""
+    variance: float
+    """Of the samples about the mean of their dwell, by their number: the mean over the dwells; of rounded samples."""
+    points: int
+    """At how many points of the design they were taken."""
+
+
 @dataclass(frozen=True)
 class Observations:
     """Rows of dwells, all arrays of the same length N.
@@ -47,6 +59,8 @@ class Observations:
     """(N, 3, 3) mean rotation from level axes into the package's while a row was read; None where nothing needs it."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Unit of the outputs of an axis as it is written in a key, such as ``dps`` or ``counts``; volts where absent."""
+    sampled: Mapping[str, Sampled] = field(default_factory=dict)
+    """Of the axes whose rows are means of samples that are known; readings tell of themselves where it is absent."""
     source: str = field(default="observations", compare=False)
     """Where they come from, for messages: a file name or a run."""
     run: str = field(default="", compare=False)

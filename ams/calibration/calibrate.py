@@ -32,7 +32,7 @@ from ams.calibration.output.diagnosis import (
     Diagnosis,
     replication_tests,
 )
-from ams.calibration.output.untold import undetected_dwell, untold_of_few, untold_transient
+from ams.calibration.output.untold import undetected_dwell, untold_noise, untold_of_few, untold_transient
 from ams.calibration.output.untold_curvature import bend_remarks, curvature_warnings
 from ams.calibration.outputs_together import diagnose_together, tilt_of_base, with_tilt
 from ams.calibration.solving.columns import SolvedColumns, plots_of, solve_linearised
@@ -140,7 +140,8 @@ def _solved(
     for group in _alike(choices, shared):
         models = [choices[label].model for label in group]
         outputs = np.stack([rows.outputs[label] for label in group], axis=1)
-        problem = linearise(models, rows, layout, outputs, weights)
+        sampled = [rows.sampled.get(label) for label in group]
+        problem = linearise(models, rows, layout, outputs, weights, sampled)
         plots = plots_of(models[0], rows, layout)
         temperature = rows.temperature_degc if request.counts_temperature else None
         solved = solve_linearised(problem, layout, plots, request.table, shared[group[0]], temperature)
@@ -362,6 +363,7 @@ def _axis_warnings(label: str, solved: SolvedColumns, row: int) -> Iterator[str]
     for name, reason in solved.parameters.undetermined[row].items():
         reasons.setdefault(reason, []).append(name)
     yield from (f"axis {label}: {not_determined(names)}: {reason}" for reason, names in reasons.items())
+    yield from untold_noise(label, solved, row)
     condition = solved.problem.form.condition_number
     if condition > _LARGE_CONDITION:
         yield (

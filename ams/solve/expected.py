@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.observations import Sampled
 from ams.solve.components import ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.linear_form import LinearForm
@@ -39,6 +40,8 @@ class Belief:
     """Standard deviation of what a point has of its own in all replications, the table's indices apart."""
     drift: Mapping[str, float] = field(default_factory=dict)
     """Primary parameter to its standard deviation between replications, or visits of a plateau."""
+    sampled: Sampled | None = None
+    """What the samples of its dwells will show; None where no step is declared."""
 
 
 @dataclass(frozen=True)

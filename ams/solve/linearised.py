@@ -16,7 +16,7 @@ from ams.models.drifting import DRIFT_NAME
 from ams.models.model import Model, Stimulus
 from ams.models.remounted import is_of_a_mounting
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
-from ams.observations import Observations
+from ams.observations import Observations, Sampled
 from ams.remembered import known, remembered
 from ams.solve.gauss_newton import Convergence, gauss_newton
 from ams.solve.layout import Layout
@@ -58,6 +58,8 @@ class Linearised:
     """What the rows were exposed to; the first rows only where the basis repeats."""
     time_s: FloatArray | None = None
     """(N,) when the rows were taken, or None."""
+    sampled: Sequence[Sampled | None] = ()
+    """(m) what the samples of every output show; empty, or None, where the outputs are single readings."""
 
     @property
     def model(self) -> Model:
@@ -88,10 +90,11 @@ def linearise(
     layout: Layout,
     outputs: FloatArray,
     weights: FloatArray | None,
+    sampled: Sequence[Sampled | None] = (),
 ) -> Linearised:
     """Linearise models alike but for the nominal axis and their (N, m) outputs.
 
-    It is one axis at a time where there is no basis.
+    It is one axis at a time where there is no basis. ``sampled`` goes with the outputs: see :class:`Linearised`.
 
     Raises:
         DesignError: too few rows, or the points leave a direction of the parameters undetermined.
@@ -119,7 +122,7 @@ def linearise(
     form = factor(basis, names, stimulus, weights, times)
     unshared = free.size - sum(is_shared(name) for name in names)
     alone = form if unshared == free.size else factor(basis[:, :unshared], names[:unshared], stimulus, weights, times)
-    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus, rows.time_s)
+    return Linearised(tuple(models), form, alone, outputs, convergence, stimulus, rows.time_s, sampled)
 
 
 def _stimulus(rows: Observations) -> Attitude:

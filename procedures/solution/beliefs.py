@@ -13,7 +13,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.models.accelerometer import vector_from_angles
+from ams.observations import Sampled
 from ams.solve.expected import Belief
+from ams.solve.resolution import rounded_variance
 from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
 from rig.description.rig_file import AxisTruth, RigDescription, Sensor
@@ -32,7 +34,7 @@ class AxisBelief:
     """(3,) vector of sensitivities, TP's terms."""
     coning_deg: float
     reading_v: float
-    """Standard deviation of one reading of a burst."""
+    """Standard deviation of one reading of a burst, rounded as it is."""
     dwell_v: float
     """What the mean of a dwell has of its own, however many readings it is of."""
     lack_of_fit_v: float
@@ -43,6 +45,10 @@ class AxisBelief:
     noise_source: str
     components_source: str
     """Where lack of fit and drift come from."""
+    count: float | None = None
+    """What one count of its readings is declared to be; None of those that send no counts."""
+    sampled: Sampled | None = None
+    """What samples have shown; None: what count and noise let expect."""
 
     def noise_v(self, samples: int) -> float:
         """Return the standard deviation of the mean of a dwell."""
@@ -52,12 +58,15 @@ class AxisBelief:
         """Return the belief for readings of another integration time: their noise falls with its square root."""
         return replace(self, reading_v=self.reading_v / sqrt(cycles_ratio))
 
-    def belief(self, samples: int) -> Belief:
-        """Return it as the mathematics takes it, by the names of primary parameters."""
+    def belief(self, samples: int, points: int) -> Belief:
+        """Return it as the mathematics takes it, by the names of primary parameters; of so many points of a design."""
         drift = {
             f"k_{axis}_v_per_g": abs(k) * self.sensitivity_drift for axis, k in zip("xyz", self.k_v_per_g, strict=True)
         }
-        return Belief(self.noise_v(samples), self.lack_of_fit_v, {"offset_v": self.offset_drift_v, **drift})
+        sampled = self.sampled
+        if sampled is None and self.count is not None:
+            sampled = Sampled(self.count, self.reading_v**2 * (1.0 - 1.0 / samples), points)
+        return Belief(self.noise_v(samples), self.lack_of_fit_v, {"offset_v": self.offset_drift_v, **drift}, sampled)
 
 
 @dataclass(frozen=True)
@@ -136,11 +145,14 @@ def _belief(
         (NOMINAL_CONING_DEG, NOMINAL_AZIMUTH_DEG) if truth is None else (truth.coning_deg, truth.azimuth_deg)
     )
     k = vector_from_angles(axis, nominal, radians(coning_deg), radians(azimuth_deg))
+    channel = next(channel for label, channel in sensor.channels.items() if label == axis)
+    count = rig.channel_counts().get(channel)
     plain = AxisBelief(
-        0.0, np.asarray(k), coning_deg, 0.0, 0.0, 0.0, 0.0, 0.0, "", "no lack of fit and no drift assumed"
+        0.0, np.asarray(k), coning_deg, 0.0, 0.0, 0.0, 0.0, 0.0, "", "no lack of fit and no drift assumed", count
     )
     if truth is not None and "expected_noise_arcsec" not in solve.model_fields_set:
-        plain = replace(plain, reading_v=truth.noise, noise_source=f"the twin's {truth.noise:g} V a reading")
+        reading_v = truth.noise if count is None else sqrt(rounded_variance(count, truth.noise**2))
+        plain = replace(plain, reading_v=reading_v, noise_source=f"the twin's {truth.noise:g} V a reading")
     else:
         noise_arcsec = solve.expected_noise_arcsec
         source = "solve.expected_noise_arcsec" if "expected_noise_arcsec" in solve.model_fields_set else "assumed"

@@ -56,7 +56,8 @@ from rig.description.rig_file import RigDescription, Sensor
 def observed(item: SensorRows) -> Observations:
     """Return one row a dwell. Raises: JournalError."""
     temperature = temperature_source(item.rig, item.sensor)
-    rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain, item.run)
+    counts = item.rig.channel_counts()
+    rows = observations_of(item.dwells, item.channels, temperature, item.source, item.rig.chain, item.run, counts)
     rows = rows if item.sensor.rolls else on_the_sting(rows)
     rows = with_scanned_volts(rows, item.rig, item.sensor, design_dwells(item.dwells))
     if not item.plan.counts_earth or item.sensor.measures != "rate" or rows.euler_rate_rad_s is None:

@@ -133,7 +133,10 @@ def expected_each(
         observations,
         request,
         [
-            {axis: axis_belief.belief(sensor_beliefs.samples) for axis, axis_belief in sensor_beliefs.axes.items()}
+            {
+                axis: axis_belief.belief(sensor_beliefs.samples, len(rows.points))
+                for axis, axis_belief in sensor_beliefs.axes.items()
+            }
             for sensor_beliefs in beliefs
         ],
     )

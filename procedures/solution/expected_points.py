@@ -16,8 +16,9 @@ from ams.arrays import FloatArray
 from ams.calibration.solving.expectation import ExpectedSolution, expect
 from ams.frames import AXES, body_rates_rad_s
 from ams.models.accelerometer import vector_from_angles
-from ams.observations import Observations
+from ams.observations import Observations, Sampled
 from ams.solve.expected import Belief
+from ams.solve.resolution import rounded_variance
 from procedures.plan.plan import Plan
 from procedures.plan.rotations import UP, body_axis, to_stage
 from procedures.plan.steps import Dwell, Rest, Turn
@@ -82,9 +83,11 @@ def expected_points(
     rows = replace(rows, temperature_degc=recorded_degc)
     rows = replace(rows, outputs={axis: _output(item, axis, truths[axis], sensed) for axis in truths})
     rows = with_scanned_volts(rows, rig, measured)
-    noise = {axis: _noise(item, axis, truth.noise) for axis, truth in truths.items()}
-    solutions = solver(item, rows, {axis: Belief(noise_belief) for axis, noise_belief in noise.items()})
-    return {axis: ExpectedPoints(solution, noise[axis], truths[axis]) for axis, solution in solutions.items()}
+    beliefs = {axis: _belief(item, axis, truth.noise) for axis, truth in truths.items()}
+    solutions = solver(item, rows, beliefs)
+    return {
+        axis: ExpectedPoints(solution, beliefs[axis].precision, truths[axis]) for axis, solution in solutions.items()
+    }
 
 
 def planned_degc(rig: RigDescription, plan: Plan, sensor: Sensor) -> float | None:
@@ -154,15 +157,26 @@ def _output(item: SensorRows, axis: str, truth: AxisTruth, sensed: FloatArray) -
     return np.asarray(truth.at_zero + sensed @ (k @ mounted))
 
 
-def _noise(item: SensorRows, axis: str, reading: float) -> float:
-    """Return the standard deviation of a dwell's mean: of dwells of several lengths the root of their mean variance."""
-    readout = item.channels[axis].partition(".")[0]
+def _belief(item: SensorRows, axis: str, reading: float) -> Belief:
+    """Return the noise of a dwell's mean, and what its samples will show of the counts they come in.
+
+    Of dwells of several lengths it is the root of their mean variance.
+    """
+    channel = item.channels[axis]
+    step = item.rig.channel_counts().get(channel)
+    variance = reading**2 if step is None else rounded_variance(step, reading**2)
+    share, points = _share_of_mean(item, channel.partition(".")[0]), len({dwell.point for dwell in item.dwells})
+    return Belief(sqrt(variance * share), sampled=Sampled(step, variance * (1.0 - share), points))
+
+
+def _share_of_mean(item: SensorRows, readout: str) -> float:
+    """Return the variance of a dwell's mean as part of that of a sample."""
     if readout in item.rig.readouts:
-        return reading / sqrt(item.plan.dwell.samples)
+        return 1.0 / item.plan.dwell.samples
     rate_hz = item.rig.streams[readout].samples_hz()
     plain_s = item.plan.dwell.samples / rate_hz
     counts = [max(_recorded_s(dwell, plain_s) * rate_hz, 1.0) for dwell in item.plan.design_dwells]
-    return reading * sqrt(sum(1.0 / count for count in counts) / len(counts))
+    return sum(1.0 / count for count in counts) / len(counts)
 
 
 def _recorded_s(dwell: Dwell, plain_s: float) -> float:

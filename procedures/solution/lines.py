@@ -233,6 +233,7 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         level_errors=_columns(levels.errors),
         scanned_v=None if observations.scanned_v is None else observations.scanned_v[levels.rows],
         from_level=None if observations.from_level is None else observations.from_level[levels.rows],
+        sampled={label: observations.sampled[label]} if label in observations.sampled else {},
         source=f"{observations.source}, axis {label}",
     )
 

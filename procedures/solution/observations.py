@@ -11,7 +11,8 @@ import numpy as np
 
 from ams.arrays import FloatArray, IntArray
 from ams.frames import ANGLES
-from ams.observations import Observations
+from ams.inputs.samples_of_dwells import sampled_of
+from ams.observations import Observations, Sampled
 from procedures.errors import JournalError
 from procedures.plan.channels import TemperatureChannel
 from procedures.records.dwells import DwellRecord
@@ -25,6 +26,7 @@ def observations_of(
     source: str = "run",
     chains: Mapping[str, Chain] | None = None,
     run: str = "",
+    counts: Mapping[str, float] | None = None,
 ) -> Observations:
     """Return accepted design dwells as rows.
 
@@ -32,7 +34,7 @@ def observations_of(
     the environment whose reading stands for it, or None. Roll and yaw are 0 where the rig has no such axis.
 
     ``chains``, by full channel name, bring readings to the declared supply and load resistor, dwell by dwell. ``run``:
-    as commands take it.
+    as commands take it. ``counts``, by full channel name: what one count is declared to be.
 
     Raises: JournalError where a (replication, point) pair stands twice, or an accepted dwell lacks a finite reading.
     """
@@ -51,6 +53,7 @@ def observations_of(
         mounting=_mounting(rows),
         step=np.array([row.step for row in rows], dtype=np.int64),
         units=units_of(rows, channels),
+        sampled=_sampled(rows, channels, source, chains or {}, counts or {}) if rows else {},
         source=source,
         run=run,
     )
@@ -135,13 +138,36 @@ def _euler_rate_rad_s(rows: Sequence[DwellRecord]) -> FloatArray | None:
     return np.asarray(np.deg2rad([[_rate_dps(row, axis) for axis in ANGLES] for row in rows]))
 
 
+def _sampled(
+    rows: Sequence[DwellRecord],
+    channels: Mapping[str, str],
+    source: str,
+    chains: Mapping[str, Chain],
+    counts: Mapping[str, float],
+) -> dict[str, Sampled]:
+    """Return what the samples of every axis show, as they were read, brought to its outputs by its mean factor."""
+    found, point = {}, np.array([row.point for row in rows])
+    for axis, channel in channels.items():
+        samples = [row.readings[channel].samples for row in rows]
+        as_read = sampled_of(samples, point, counts.get(channel))
+        factor = float(np.abs(_factors(rows, channel, source, chains)).mean())
+        step = None if as_read.step is None else as_read.step / factor
+        found[axis] = Sampled(step, as_read.variance / factor**2, as_read.points)
+    return found
+
+
 def _means(
     rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain] | None = None
 ) -> FloatArray:
     means = _read(rows, channel, source)
-    chain = (chains or {}).get(channel)
+    return means if channel not in (chains or {}) else np.asarray(means / _factors(rows, channel, source, chains or {}))
+
+
+def _factors(rows: Sequence[DwellRecord], channel: str, source: str, chains: Mapping[str, Chain]) -> FloatArray:
+    """Return (N,) what readings have more than they would have by declaration."""
+    chain = chains.get(channel)
     if chain is None:
-        return means
+        return np.ones(len(rows))
     supplies_v = _read(rows, chain.supply_channel, source) if chain.ratiometric and chain.supply_channel else None
     factors = [
         chain.factor(
@@ -150,7 +176,7 @@ def _means(
         )
         for index, row in enumerate(rows)
     ]
-    return np.asarray(means / np.array(factors, dtype=float))
+    return np.array(factors, dtype=float)
 
 
 def _read(rows: Sequence[DwellRecord], channel: str, source: str) -> FloatArray:

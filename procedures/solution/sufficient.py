@@ -71,4 +71,5 @@ def _judged(rig: RigDescription, plan: Plan, dwells: Sequence[DwellRecord], repl
 
 def _as_shown(belief: AxisBelief, found: Shown) -> AxisBelief:
     plain = replace(belief, reading_v=0.0, offset_drift_v=0.0, sensitivity_drift=0.0)
-    return replace(plain, dwell_v=found.belief.precision, lack_of_fit_v=found.belief.lack_of_fit)
+    seen = found.belief
+    return replace(plain, dwell_v=seen.precision, lack_of_fit_v=seen.lack_of_fit, sampled=seen.sampled)

@@ -271,6 +271,10 @@ class StreamSettings(StrictTable):
         """Return the unit of each channel as it is written in a key, such as ``g`` or ``dps``."""
         raise NotImplementedError
 
+    def channel_counts(self) -> dict[str, float]:
+        """Return what one count of a channel is declared to be, in its unit; none of those that send no counts."""
+        return {}
+
     def samples_hz(self) -> float:
         """Return the samples a second."""
         raise NotImplementedError

@@ -331,6 +331,14 @@ class RigDescription(StrictTable):
             for channel, unit in device.channel_units().items()
         }
 
+    def channel_counts(self) -> dict[str, float]:
+        """Return what one count is declared to be of every channel of a stream that sends counts, by full name."""
+        return {
+            f"{name}.{channel}": count
+            for name, stream in self.streams.items()
+            for channel, count in stream.channel_counts().items()
+        }
+
     def all_on_twins(self) -> "RigDescription":
         """Return the same rig with every device replaced by its twin, in virtual time: what ``--rehearse`` runs on."""
         twin = (self.twin or TwinSection()).model_copy(update={"time": "virtual", "control": None})

@@ -135,6 +135,9 @@ class CsvImuSettings(StreamSettings):
     def channel_units(self) -> dict[str, str]:
         return {name: entry.unit_name for name, entry in self.channels.items()}
 
+    def channel_counts(self) -> dict[str, float]:
+        return {name: abs(entry.scale) for name, entry in self.channels.items()}
+
     def samples_hz(self) -> float:
         return self.rate_hz
 

@@ -86,7 +86,8 @@ class Believed:
         """Return one output at some rows, and less something, solved as the whole was."""
         rows, output = select_rows(self.rows, kept), (self.outputs[:, self.index] - less)[kept]
         model, layout = self.solved.problem.models[self.index], layout_of(rows)
-        problem = linearise([model], rows, layout, output[:, None], None)
+        sampled = self.solved.problem.sampled[self.index : self.index + 1]
+        problem = linearise([model], rows, layout, output[:, None], None, sampled)
         plots = plots_of(model, rows, layout)
         solved = solve_linearised(problem, layout, plots, self.table, self.errors)
         evidence = evidence_of(solved, rows)

@@ -1,4 +1,7 @@
-"""What dwells and points of an axis do not tell, as remarks: no test found it, and none could have."""
+"""What dwells and points of an axis do not tell, as remarks: no test found it, and none could have.
+
+What leaves an uncertainty of nothing is a warning.
+"""
 
 from math import nan
 from typing import Final
@@ -9,9 +12,25 @@ from ams.analysis.diagnostics.beliefs import SETTLING
 from ams.analysis.diagnostics.steps.step_scan import LEAST_DOF
 from ams.analysis.diagnostics.wrong_dwells import smallest_detected
 from ams.calibration.output.diagnosis import Diagnosis, scale_of
+from ams.calibration.solving.columns import SolvedColumns
+from ams.solve.resolution import NAME as RESOLUTION
 
 _FAR: Final = 8.0
 """Standard deviations of a dwell: in four replications of a dozen points, six or seven are enough for a finding."""
+
+_EXACT: Final = 1e-9
+"""Of the largest reading: what scatters by less is arithmetic."""
+
+
+def untold_noise(label: str, solved: SolvedColumns, row: int) -> tuple[str, ...]:
+    """Return that the readings show neither noise nor a step, where nothing says how wrong they are."""
+    has_steps = any(part.name == RESOLUTION and part.covariance[row].any() for part in solved.components)
+    if has_steps or solved.standard_error_v[row] > _EXACT * np.abs(solved.problem.outputs[:, row]).max():
+        return ()
+    return (
+        f"axis {label}: nothing scatters, and no step of a meter shows: neither its noise nor its resolution is in the "
+        "uncertainties, and 0 is none that was measured; give single readings, with all digits of the meter",
+    )
 
 
 def undetected_dwell(label: str, found: Diagnosis) -> tuple[str, ...]:

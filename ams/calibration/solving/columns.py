@@ -19,7 +19,7 @@ from ams.models.drifting import REFERENCE_NAME
 from ams.models.extended import TRACELESS_NAME
 from ams.models.model import Model, Stimulus
 from ams.models.rate_terms import LOW_ORDER_NAMES
-from ams.observations import Observations
+from ams.observations import Observations, Sampled
 from ams.solve.components import Causes, ComponentColumns
 from ams.solve.derived import DerivedParameters, derive
 from ams.solve.expected import Belief, expected_estimates
@@ -27,7 +27,7 @@ from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import Linearised, is_shared, linearise, shared_regressors
 from ams.solve.mixed_model import CommonErrors, MixedEstimates, estimate
 from ams.solve.recorded_temperature import is_unmodelled, recorded_temperature
-from ams.solve.resolution import resolution
+from ams.solve.resolution import expected_resolution, resolution
 from ams.solve.shifts_within import shifts_within
 from ams.solve.whole_plots import WholePlots, visits_of, whole_plots
 
@@ -91,12 +91,14 @@ def solve_columns(
     table: TableUncertainty | None = None,
     shared: Sequence[SharedError] = (),
     temperature_degc: FloatArray | None = None,
+    sampled: Sequence[Sampled | None] = (),
 ) -> SolvedColumns:
     """Solve (N, m) outputs, volts, of m sensor axes that were all measured at the rows of ``points``.
 
     ``models`` names one model for every column; they may differ in the nominal axis only. ``points.outputs`` is not
     looked at. ``shared`` are errors that all rows of every axis share. What the recorded ``temperature_degc``,
-    (N,) or (N, m), may have done is part of the uncertainty where no model has it.
+    (N,) or (N, m), may have done is part of the uncertainty where no model has it. ``sampled``: of every output, what
+    the samples show that its rows are means of; empty where they are single readings.
 
     Raises:
         ObservationsError: a (replication, point) pair stands twice.
@@ -104,7 +106,7 @@ def solve_columns(
     """
     points = corrected(points, table)
     layout = layout_of(points)
-    problem = linearise(models, points, layout, outputs, weights)
+    problem = linearise(models, points, layout, outputs, weights, sampled)
     plots = plots_of(problem.model, points, layout)
     return solve_linearised(problem, layout, plots, table, shared, temperature_degc)
 
@@ -132,7 +134,7 @@ def solve_linearised(
     if temperature_degc is not None and is_unmodelled(problem.model, temperature_degc):
         part = recorded_temperature(problem.form, mixed.estimator, problem.outputs, mixed.ordinary, temperature_degc)
         mixed = replace(mixed, components=(*mixed.components, part))
-    steps = resolution(mixed, problem.form, layout, problem.outputs)
+    steps = resolution(mixed, problem.form, layout, problem.outputs, problem.sampled)
     if steps is not None:
         mixed = replace(mixed, components=(*mixed.components, steps))
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=True)
@@ -166,8 +168,9 @@ def expect_linearised(
         plots,
         is_weighted=not is_line,
     )
+    steps = expected_resolution(mixed, layout, problem.alone, problem.outputs, beliefs, alone_names)
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=False)
-    mixed = replace(mixed, components=(*mixed.components, *within_run))
+    mixed = replace(mixed, components=(*mixed.components, *(() if steps is None else (steps,)), *within_run))
     return _solved_columns(problem, layout, mixed, common, beside)
 
 

@@ -52,7 +52,7 @@ class Shown:
     """What replications have shown of one axis without looking at its estimates."""
 
     belief: Belief
-    """Precision inside the replications, and lack of fit."""
+    """Precision inside the replications, lack of fit, and what samples show."""
     drifting: tuple[str, ...]
     """Quantities whose drift is significant."""
 
@@ -70,7 +70,8 @@ def shown(observations: Observations, request: CalibrationRequest) -> dict[str, 
     found = {}
     for label in request.axes_of(rows):
         model, errors = requested_model(label, rows, layout, request), request.shared_errors.get(label, ())
-        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None)
+        sampled = [rows.sampled.get(label)]
+        problem = linearise([model], rows, layout, rows.outputs[label][:, None], None, sampled)
         solved = solve_linearised(problem, layout, plots_of(model, rows, layout), request.table, errors)
         precision, lack_of_fit = (
             float(np.sqrt(np.nan_to_num(variance[0])))
@@ -78,7 +79,7 @@ def shown(observations: Observations, request: CalibrationRequest) -> dict[str, 
         )
         tests = {} if solved.replication is None else solved.replication.drift
         drifting = tuple(name for name, test in tests.items() if test.of(0).is_significant)
-        found[label] = Shown(Belief(precision, lack_of_fit), drifting)
+        found[label] = Shown(Belief(precision, lack_of_fit, sampled=sampled[0]), drifting)
     return found
 
 

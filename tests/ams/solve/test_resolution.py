@@ -6,11 +6,12 @@ from physics_scenes import campaigns
 from solved_campaigns import coverage, solved
 
 from ams.calibration.calibrate import calibrate
-from ams.calibration_result import ParameterEstimate
+from ams.calibration_result import Calibration, ParameterEstimate
 from ams.inputs.request import CalibrationRequest
+from ams.inputs.step_of_readings import _may_repeat, step_of, steps_of
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
-from ams.solve.resolution import NAME, _may_repeat, shared_variance, step_of, steps_of
+from ams.solve.resolution import NAME, shared_variance
 
 
 @pytest.mark.parametrize("step", [5e-4, 1e-4 / 3.0, 20.0 / 2**21])
@@ -38,7 +39,7 @@ def test_what_replications_share_is_what_rounding_leaves_of_a_true_value(sigma: 
     read = np.rint(true[:, None] + sigma * chance.standard_normal((4000, 400)))
     error, scatter = (read - true[:, None]).mean(axis=1), read.var(axis=1, ddof=1).mean()
     drawn = error.var() - scatter / 400
-    assert shared_variance(1.0, scatter) == pytest.approx(drawn, rel=0.06, abs=3e-4)
+    assert shared_variance(1.0, scatter, true.size) == pytest.approx(drawn, rel=0.06, abs=3e-4)
 
 
 @pytest.mark.parametrize(
@@ -73,8 +74,8 @@ def test_the_rough_look_at_columns_leaves_out_none_whose_step_shows() -> None:
     assert not _may_repeat(np.ascontiguousarray(true.T)).any()
 
 
-def _line(levels: list[float], replications: int, read: np.ndarray) -> list[ParameterEstimate]:
-    """Gain and offset of whole counts, replication by replication."""
+def _line(levels: list[float], replications: int, read: np.ndarray) -> Calibration:
+    """Of whole counts, replication by replication."""
     points = len(levels)
     still = np.zeros(read.size)
     rows = Observations(
@@ -87,12 +88,17 @@ def _line(levels: list[float], replications: int, read: np.ndarray) -> list[Para
         reference_level=np.tile(levels, replications),
     )
     models = {"x": StraightLine("x", "ut", "counts")}
-    return list(calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models=models)).axes["x"].parameters)
+    return calibrate(rows, CalibrationRequest(nominal_axes={"x": "x"}, models=models))
+
+
+def _estimates(levels: list[float], replications: int, read: np.ndarray) -> list[ParameterEstimate]:
+    """Gain and offset."""
+    return list(_line(levels, replications, read).axes["x"].parameters)
 
 
 def test_two_levels_of_whole_counts_that_repeat_are_uncertain_by_the_rounding_of_each() -> None:
     """By hand, GUM F.2.2.1: u = 1/sqrt(12) count each, the slope by their difference over 80 and the zero by half."""
-    gain, offset = _line([-40.0, 40.0], 4, np.tile([-1228.0, 1252.0], 4))
+    gain, offset = _estimates([-40.0, 40.0], 4, np.tile([-1228.0, 1252.0], 4))
     rounding, slope = np.sqrt(1.0 / 12.0), 31.0
     assert gain.standard_uncertainty == pytest.approx(np.sqrt(2.0) * rounding / 80.0 / slope**2, rel=1e-6)
     of_slope = 12.0 / slope**2 * np.sqrt(2.0) * rounding / 80.0
@@ -130,7 +136,7 @@ def test_intervals_of_lines_hold_in_whole_counts(
         slope = counts_per_ut * (1.0 if counts_per_ut < 0.2 else 1.0 + chance.uniform(-0.3, 0.3))
         zero = chance.uniform(-20.0, 20.0)
         true = slope * np.tile(levels, replications) + zero
-        estimates = _line(levels, replications, np.rint(true + noise * chance.standard_normal(true.size)))
+        estimates = _estimates(levels, replications, np.rint(true + noise * chance.standard_normal(true.size)))
         for estimate, truth in zip(estimates, (1.0 / slope, -zero / slope), strict=True):
             assert estimate.interval_95 is not None
             assert estimate.standard_uncertainty > 0.0
@@ -156,3 +162,16 @@ def test_few_readings_show_a_step_that_is_no_decimal() -> None:
     """A converter of 1333 counts/g, read at six attitudes."""
     step = 9.80665 / 1333.0
     assert step_of(np.tile(step * np.array([-1290.0, -7.0, 3.0, 11.0, 802.0, 1361.0]), 4)) == pytest.approx(step)
+
+
+def test_an_uncertainty_of_nothing_is_said_where_readings_repeat_and_no_step_shows() -> None:
+    """Eight digits that no meter repeats; with the step of their last decimal nothing needs to be said."""
+    exact = _line(_TWO, 4, np.tile([-1.2345678123, 1.3123456789], 4))
+    assert [estimate.standard_uncertainty for estimate in exact.axes["x"].parameters] == pytest.approx([0.0, 0.0])
+    (warning,) = [text for text in exact.axes["x"].warnings if "no step of a meter shows" in text]
+    assert warning.startswith("axis x: nothing scatters")
+    assert exact.verdict != "sound"
+    stepped = _line(_TWO, 4, np.tile([-1.234, 1.312], 4))
+    assert not any("no step of a meter shows" in text for text in stepped.axes["x"].warnings)
+    uneven = _line(_FIVE, 4, np.tile([-15.0, -7.0, 0.0, 7.0, 16.0], 4))
+    assert not any("no step of a meter shows" in text for text in uneven.axes["x"].warnings)
