@@ -1,13 +1,12 @@
 """From a solved run to its report: the view, the page with its figures, and the paper."""
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from math import hypot
 from pathlib import Path
 
 from ams.whole_file import write_whole
-from procedures.journal.sidecar.verdict_file import VERDICT_FILE
+from procedures.journal.sidecar.verdict_file import write_verdict_file
 from procedures.report.assemble import assemble_view
 from procedures.report.figures import Figures, draw_figures, figures_of_sensor, for_page, write_figures
 from procedures.report.overview import overview_rows
@@ -88,7 +87,7 @@ def write_verdict(
     """
     hindered = {"not_made": dict(not_made)} if not_made else {}
     document = {**asdict(verdict), "state": str(state), "sensors": list(rows), **hindered}
-    write_whole(folder / VERDICT_FILE, (json.dumps(document, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
+    write_verdict_file(folder, document)
 
 
 def write_paper(drawn: Drawn, folder: Path, attachments: Sequence[Attachment] = ()) -> Path:

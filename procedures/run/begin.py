@@ -4,10 +4,10 @@ from contextlib import suppress
 from pathlib import Path
 
 from ams.errors import WriteFailed
-from ams.whole_file import write_whole
 from procedures.errors import JournalError, StorageFailed
 from procedures.journal.header import RunHeader
 from procedures.journal.journal import Journal
+from procedures.journal.plan_file import write_plan
 from procedures.journal.requests.spool import Spool
 from procedures.journal.sidecar.owner import owning
 from procedures.journal.storage import JOURNAL_FILE
@@ -51,7 +51,7 @@ def begin(
             crash_point(CrashPoint.RUN_CREATED)
             try:
                 journal.append_event("readiness", {"engineering": [*ready.missing, *ready.contradictions]}, rig.clock)
-                _write_plan(run_dir, header)
+                _leave_plan(run_dir, header)
             except StorageFailed:
                 with suppress(JournalError):  # its disk takes nothing; what is committed is in its log
                     journal.close()
@@ -60,9 +60,9 @@ def begin(
         return run(plan, rig, journal, Spool(run_dir), Start(header.operator), None, observer, idle_clock, services)
 
 
-def _write_plan(run_dir: Path, header: RunHeader) -> None:
+def _leave_plan(run_dir: Path, header: RunHeader) -> None:
     """Write the plan beside the journal, which holds it too: what is refused here costs no run."""
     try:
-        write_whole(run_dir / "plan.json", (header.plan_json + "\n").encode("utf-8"))
+        write_plan(run_dir, header)
     except WriteFailed as error:
         raise StorageFailed(f"{error}; nothing moved; then calrig resume {run_dir}") from error

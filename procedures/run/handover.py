@@ -12,6 +12,7 @@ from procedures.journal.audit.audit_trail import clock_words, dwells_on_one_cloc
 from procedures.journal.audit.dropped_sensors import DroppedSensor, read_dropped
 from procedures.journal.audit.known_devices import replacements, tenures_in
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.plan_file import changed_plan_sentence
 from procedures.journal.sidecar.delivering import delivered_by
 from procedures.journal.sidecar.guard_record import EVENT as GUARDED
 from procedures.journal.sidecar.guard_record import guard_sentence, read_guard_record
@@ -71,6 +72,7 @@ def handover(run_dir: Path, second_folder: Path | None = None) -> str:
         *_rejected(dwells),
         *_accepted(run_dir, dwells),
         *[f"damaged    {what} is not as it was written" for what in damage.in_words],
+        *([f"plan       {plan}"] if (plan := changed_plan_sentence(run_dir, header)) else []),
         *[f"left out   {name}" for name in left_out],
         *_listed("stops", [event for event in events if _is_stop(event)]),
         *_listed("moves made again", [event for event in events if event.kind == MADE_AGAIN]),

@@ -19,6 +19,7 @@ from procedures.errors import ExitStatus, RequestError
 from procedures.journal.audit.audit_trail import clock_sentence
 from procedures.journal.audit.line_figures import lines_in_words
 from procedures.journal.journal_reader import JournalReader
+from procedures.journal.plan_file import changed_plan_sentence
 from procedures.journal.requests.corrections import Authorisation, close_run
 from procedures.journal.requests.spool import ask
 from procedures.journal.sidecar.alert_record import Outcome, outcome_sentence, read_outcomes
@@ -67,11 +68,11 @@ def status(
     found, live = _with_last_words(look(folder), folder), read_live(folder)
     outcomes, verdict = read_outcomes(folder, second_folder()), _verdict(folder, found.state)
     with JournalReader.open(folder) as reader:
-        damage, journal = reader.damage(), reader.path
+        damage, journal, plan = reader.damage(), reader.path, changed_plan_sentence(folder, reader.header)
     answer = ExitStatus.WRONG_REQUEST if damage.names else ExitStatus.DONE
     if json:
         doing = {} if live is None else {"live": live_document(live)}
-        came_to = {"verdict": verdict} if verdict else {}
+        came_to = ({"verdict": verdict} if verdict else {}) | ({"plan": plan} if plan else {})
         unread = {"damaged": damage.names} if damage.names else {}
         print_json({**found.to_document(), **unread, **came_to, **doing, **({"alerts": outcomes} if outcomes else {})})
         return answer
@@ -79,6 +80,7 @@ def status(
     say_lines(
         _standing_lines(found, folder, by, [f"{journal}: {what}" for what in damage.in_words], verdict, live, outcomes)
     )
+    say_lines([f"plan: {plan}"] if plan else [])
     if not follow:
         return answer
     observer = PlainLines(say, parts=None)

@@ -1,15 +1,32 @@
-"""The verdict beside a journal, for screens that open no page: what ``calrig solve`` wrote of the run."""
+"""The verdict beside a journal, for screens that open no page: what ``calrig solve`` wrote of the run.
+
+It has a checksum as a coefficient set has. Where that does not hold, what the file says now is told nowhere.
+"""
 
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
+from ams.sets.canonical import checksum, plain, with_checksum
 from ams.whole_file import write_whole
 from procedures.records.states import ACTIVE, State
 from rig.plain_text import one_line
 
 VERDICT_FILE = "verdict.json"
 """The verdict and a row a sensor."""
+CHANGED: Mapping[str, object] = {
+    "trust": "",
+    "sentence": f"{VERDICT_FILE} is not as calrig wrote it: nothing of it is told; calrig solve writes it anew",
+}
+"""In place of a document that somebody changed."""
+
+
+def write_verdict_file(folder: Path, document: Mapping[str, object]) -> None:
+    """Write it with its checksum. Raises: WriteFailed."""
+    content = {key: plain(value, f"{VERDICT_FILE}: {key}") for key, value in document.items()}
+    text = json.dumps(with_checksum(content), ensure_ascii=False, indent=1)
+    write_whole(folder / VERDICT_FILE, f"{text}\n".encode())
 
 
 def read_verdict(folder: Path, state: State | None) -> Mapping[str, object] | None:
@@ -25,8 +42,7 @@ def set_verdict_aside(folder: Path) -> None:
     """Write beside the verdict that the run goes on: it is of the stop before. Raises: WriteFailed."""
     document = _document(folder)
     if document is not None:
-        aside = {**document, "state": "resumed"}
-        write_whole(folder / VERDICT_FILE, (json.dumps(aside, ensure_ascii=False, indent=1) + "\n").encode("utf-8"))
+        write_verdict_file(folder, {**document, "state": "resumed"})
 
 
 def has_earlier_verdict(folder: Path, state: State | None) -> bool:
@@ -40,7 +56,17 @@ def _document(folder: Path) -> Mapping[str, object] | None:
         document = json.loads((folder / VERDICT_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    return document if isinstance(document, dict) else None
+    if not isinstance(document, dict):
+        return None
+    return document if _is_as_written(document) else CHANGED
+
+
+def _is_as_written(document: Mapping[str, Any]) -> bool:
+    """Return whether the checksum holds; earlier versions wrote none."""
+    try:
+        return "checksum" not in document or bool(document["checksum"]["sha256"] == checksum(document))
+    except (KeyError, TypeError, ValueError):
+        return False
 
 
 def _is_of_a_stop_before(document: Mapping[str, object], state: State | None) -> bool:
