@@ -26,9 +26,9 @@ from ams.calibration.between_rates import errors_between_rates
 from ams.calibration.layout_warnings import layout_warnings
 from ams.calibration.limit_of_package import SolvedGroup, limits_of_package
 from ams.calibration.output.believed import evidence_of
+from ams.calibration.output.circumstances import Circumstances
 from ams.calibration.output.contradicted_signs import contradicted_signs, with_readings_put_right
 from ams.calibration.output.diagnosis import (
-    Circumstances,
     Diagnosis,
     replication_tests,
 )

@@ -9,7 +9,7 @@ from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS, shared_tests
 from ams.analysis.diagnostics.beliefs import LEVEL
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.calibration.output.believed import Believed, evidence_of
-from ams.calibration.output.diagnosis import Circumstances
+from ams.calibration.output.circumstances import Circumstances
 from ams.calibration.solving.columns import SolvedColumns
 from ams.calibration.steps.step_columns import beside_of, step_columns
 from ams.calibration.together.attitude_turn import judge_attitude_turn

@@ -44,24 +44,34 @@ def at_extremes(output: FloatArray) -> list[BoolArray]:
     return [rows for rows in found if LEAST <= np.count_nonzero(rows) <= _MOST * output.size]
 
 
-def is_rail(rows: BoolArray, output: FloatArray, point: IntArray, predicted: FloatArray, sd: float) -> bool:
-    """Return whether equal readings stand at a rail.
+def is_rail_by_expectation(rows: BoolArray, output: FloatArray, predicted: FloatArray, sd: float) -> bool:
+    """Return whether equal readings are expected further apart than steps and noise explain.
 
     ``predicted``: (N,) by a solution without these rows, with ``sd`` of what that leaves.
     """
-    step = _least_gap(output)
-    if float(np.ptp(predicted[rows])) > _FAR_SD * sd + _FAR_STEPS * step:
-        return True
+    return float(np.ptp(predicted[rows])) > _FAR_SD * sd + _FAR_STEPS * _least_gap(output)
+
+
+def is_rail_by_replications(rows: BoolArray, others: BoolArray, output: FloatArray, point: IntArray) -> bool:
+    """Return whether replications of an attitude are equal in ``rows``, and differ in ``others``, at no extreme."""
     repeated = np.bincount(point[rows], minlength=int(point.max()) + 1) > 1
     if not repeated.any():
         return False
-    others = ~rows
     ordered = np.lexsort((output[others], point[others]))
     alike = np.diff(point[others][ordered]) == 0
     apart = np.diff(output[others][ordered])[alike]
     if not apart.size or float(np.mean(apart > _SAME * np.ptp(output))) < _ALL_DIFFER:
         return False
-    return bool(np.count_nonzero(rows) >= _MANY) or _hardly_by_chance(rows, output, point, sd)
+    if np.count_nonzero(rows) >= _MANY:
+        return True
+    return _hardly_by_chance(rows, output, point, _scatter(output[others], point[others]))
+
+
+def _scatter(output: FloatArray, point: IntArray) -> float:
+    """Return the standard deviation of (N,) readings within their points, of which one at least repeats."""
+    _, place, rows = np.unique(point, return_inverse=True, return_counts=True)
+    means = np.bincount(place, output) / rows
+    return float(np.sqrt(np.sum((output - means[place]) ** 2) / (output.size - rows.size)))
 
 
 def _hardly_by_chance(rows: BoolArray, output: FloatArray, point: IntArray, sd: float) -> bool:
@@ -74,19 +84,29 @@ def _hardly_by_chance(rows: BoolArray, output: FloatArray, point: IntArray, sd: 
 
 
 def clipped_finding(
-    rows: Sequence[BoolArray], output: FloatArray, unit: str, dwells: Sequence[str], steps: IntArray | None
+    rows: Sequence[BoolArray],
+    output: FloatArray,
+    unit: str,
+    dwells: Sequence[str],
+    steps: IntArray | None,
+    *,
+    are_left_out: bool,
 ) -> Finding:
-    """Return what is said of the rails of one output; ``dwells``: the first of them in words."""
+    """Return what is said of the rails of one output; ``dwells``: the first of them in words.
+
+    ``are_left_out``: whether the other tests are made without them.
+    """
     every = np.flatnonzero(np.logical_or.reduce(rows))
     levels = [float(output[rail][0]) for rail in rows]
     at = " and at ".join(f"{level:.7g} {printed(unit)}" for level in levels)
     more = every.size - len(dwells)
     listed = "; ".join(dwells) + (f"; and {more} more" if more > 0 else "")
+    others = "without these dwells" if are_left_out else "with these dwells, since too few points are left without"
     fact = (
         f"clipped: {every.size} dwells stand at {at}, equal to the last digit: a rail of the amplifier, the range of "
         f"the meter, a channel that hangs or an open input, and no measure of what the sensor felt ({listed}); offset "
         "and sensitivities are wrong by it, they are not usable and there is no coefficient set; the other tests are "
-        "made without these dwells"
+        f"made {others}"
     )
     what_to_do = "choose a larger range or a smaller gain and measure again, or leave these dwells out and solve again"
     details: dict[str, float | str | None] = {"dwells": float(every.size)}

@@ -9,10 +9,12 @@ def dwell_words(observations: Observations, row: int) -> str:
     """Return which dwell a row is."""
     step = "" if observations.step is None else f"step {observations.step[row]}, "
     angles = {"pitch": observations.pitch_rad, "yaw": observations.yaw_rad, "roll": observations.roll_rad}
-    stood = ", ".join(
-        f"{axis} {_signed(float(np.rad2deg(angle[row])))}°" for axis, angle in angles.items() if angle is not None
-    )
-    return f"{step}replication {observations.replication[row]}, point {observations.point[row]} ({stood})"
+    stood = [f"{axis} {_signed(float(np.rad2deg(angle[row])))}°" for axis, angle in angles.items() if angle is not None]
+    level = observations.reference_level
+    if level is not None:
+        is_turned = any(angle is not None and angle.any() for angle in angles.values())
+        stood = [*(stood if is_turned else []), f"level {_signed(float(level[row]))}"]
+    return f"{step}replication {observations.replication[row]}, point {observations.point[row]} ({', '.join(stood)})"
 
 
 def _signed(value: float) -> str:

@@ -7,7 +7,7 @@ from ams.analysis.diagnostics.beliefs import AT_A_LOCATION, DRIFT_OF, LACK_OF_FI
 
 LARGEST_LACK: Final = 0.01
 """Of the sensitivity, or half a degree near level: no table, base or mount that is declared does as much, and no sensor
-whose nonlinearity is not."""
+whose nonlinearity is not. Of a straight line, of half of what it spans."""
 MOST_MOVED: Final = 6.0
 """How many times the difference of a robust fit dwells to one side move an offset: simulated for 5 to 20 % of them at 4
 to 8 standard deviations, 1.2 to 7."""

@@ -1,7 +1,6 @@
 """What the stated uncertainties of one output may hold, by what is declared of its sensor."""
 
 from collections.abc import Mapping, Sequence
-from math import inf
 
 import numpy as np
 
@@ -22,9 +21,11 @@ def declared_departure(shared: Sequence[SharedError]) -> float:
 
 def largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
     """Return the lack of fit that the stated uncertainties may hold, in the output's unit."""
-    if seen.solved.problem.models[seen.index].convention == "SR":
-        return inf
-    return max(declared_departure(shared), LARGEST_LACK * float(np.linalg.norm(seen.solved.primary[seen.index, 1:4])))
+    model, primary = seen.solved.problem.models[seen.index], seen.solved.primary[seen.index]
+    of_full = np.linalg.norm(primary[1:4])
+    if seen.rows.reference_level is not None:
+        of_full = 0.5 * np.ptp(model.predict(primary, seen.rows))
+    return max(declared_departure(shared), LARGEST_LACK * float(of_full))
 
 
 def largest_shifts(scale: Scale, shared: Sequence[SharedError]) -> ShiftLimits:

@@ -4,8 +4,8 @@ A wrong dwell is convicted by what the other replications say of it; the remaini
 solution without it, so that nothing else is blamed for it. The result itself keeps the dwell: a person takes it back.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import hypot
 
 import numpy as np
@@ -18,7 +18,6 @@ from ams.analysis.diagnostics.beliefs import (
     TABLE_LIMIT,
     WRONG_DWELL,
     AxisTests,
-    BeliefTest,
 )
 from ams.analysis.diagnostics.declared.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared.declared_signs import fits_other_angles
@@ -41,6 +40,7 @@ from ams.analysis.diagnostics.words.wording import findings_of
 from ams.analysis.diagnostics.words.wrong_dwell_words import Convicted, wrong_dwell_finding
 from ams.arrays import FloatArray
 from ams.calibration.output.believed import Believed, evidence_of
+from ams.calibration.output.circumstances import Circumstances
 from ams.calibration.output.declared_limits import (
     declared_departure,
     declared_g_sensitivity,
@@ -63,18 +63,15 @@ from ams.calibration.output.rails import without_clipped
 from ams.calibration.solving.columns import SolvedColumns
 from ams.calibration.steps import step_words
 from ams.calibration.steps.step_columns import beside_of, step_columns
-from ams.calibration.steps.steps_of_output import NO_STEPS, StepsOfOutput, with_steps
+from ams.calibration.steps.steps_of_output import NO_STEPS, with_steps
 from ams.calibration.together import backlash_found
-from ams.calibration.together.backlash_found import Play, backlash_findings
-from ams.calibration.together.package_wide import PackageWide, package_wide_findings
+from ams.calibration.together.backlash_found import backlash_findings
+from ams.calibration.together.package_wide import package_wide_findings
 from ams.calibration_result import FTest
 from ams.findings import Finding, Said
 from ams.inputs.declared_direction import DeclaredDirection
-from ams.inputs.known_of_run import DwellLabels
 from ams.inputs.shared_errors import SharedError
-from ams.inputs.table_uncertainty import TableUncertainty
 from ams.models.model import Model
-from ams.observations import Observations
 
 
 @dataclass(frozen=True)
@@ -87,64 +84,6 @@ class Diagnosis:
     row: int
     """Location of the axis in ``solved``."""
     tests: AxisTests
-
-
-@dataclass(frozen=True)
-class Circumstances:
-    """What the observations were solved under."""
-
-    rows: Observations
-    outputs: FloatArray
-    """(N, m) as read."""
-    table: TableUncertainty | None
-    shared: Sequence[SharedError]
-    limits: Sequence[TableLimit | None] = ()
-    """Of each output, what the package that it belongs to says of the table's declared limit; empty: not asked."""
-    family: int = 1
-    """How many axes a run has, whose tests are one family; 1: every output is judged by itself."""
-
-    order: Sequence[Finding] = ()
-    """What is said of the order of the points already."""
-
-    steps: Sequence[StepsOfOutput] = ()
-    """Of each output, what changed in mid-run; empty: not asked."""
-
-    declared: Sequence[DeclaredDirection] = ()
-    """Of each output, the direction that is declared of it; empty: its nominal axis, of either polarity."""
-
-    together: Sequence[BeliefTest | None] = ()
-    """Of each output, what its package shows together, as large as it is of this one; empty: not asked."""
-
-    alike: Mapping[DwellLabels, str] = field(default_factory=dict)
-    """Dwells at which the table may have stood off, and by how much."""
-
-    single_approach: frozenset[str] = frozenset()
-    """Axes of the table that the machine lets come from one side always."""
-
-    plays: Sequence[Sequence[Play]] = ()
-    """Of each output, the play of the table that its package shows; empty: none."""
-
-    package_wide: PackageWide | None = None
-    """What all outputs of the package show together, beside the play; None: nothing."""
-
-    signs: Sequence[Sequence[Finding]] = ()
-    """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
-    replication; empty: not asked."""
-
-    def together_of(self, index: int) -> BeliefTest | None:
-        return self.together[index] if self.together else None
-
-    def plays_of(self, index: int) -> Sequence[Play]:
-        return self.plays[index] if self.plays else ()
-
-    def signs_of(self, index: int) -> Sequence[Finding]:
-        return self.signs[index] if self.signs else ()
-
-    def limit_of(self, index: int) -> TableLimit | None:
-        return self.limits[index] if self.limits else None
-
-    def steps_of(self, index: int) -> StepsOfOutput:
-        return self.steps[index] if self.steps else NO_STEPS
 
 
 def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evidence | None = None) -> list[Diagnosis]:
@@ -273,7 +212,7 @@ def _diagnosis(
         tests.conviction_level,
         has_table=has_table,
         order_repeats=evidence.order_repeats and evidence.layout.replications > 1,
-        lack_is=_lack_is(tests, limits, alike, follows_gravity=gravity is not None, has_table=has_table),
+        lack_is=_lack_is(tests, limits, alike, circumstances, follows_gravity=gravity is not None),
         drift_is=drift_words(
             (*circumstances.order, *drifted), is_remembering=tests.is_remembering, is_differing=bool(differing)
         ),
@@ -281,7 +220,11 @@ def _diagnosis(
     )
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit, locations))
     scatter = float(solved.standard_error_v[index])
-    untested = () if LACK_OF_FIT in tests.tests else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit)
+    untested = (
+        ()
+        if LACK_OF_FIT in tests.tests
+        else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit, is_line=circumstances.is_of_levels)
+    )
     return Diagnosis(
         (
             *filter(None, [gravity, None if earth is None else earth_finding(earth, tests.conviction_level)]),
@@ -320,7 +263,12 @@ def _worded(
 
 
 def _lack_is(
-    tests: AxisTests, limits: StatedLimits, alike: Sequence[str], *, follows_gravity: bool, has_table: bool
+    tests: AxisTests,
+    limits: StatedLimits,
+    alike: Sequence[str],
+    circumstances: Circumstances,
+    *,
+    follows_gravity: bool,
 ) -> Said:
     """Return whether a lack of fit is in the stated uncertainties; ``alike``: axes over whose indices it goes alike."""
     return lack_words(
@@ -330,7 +278,8 @@ def _lack_is(
         is_remembering=tests.is_remembering,
         is_of_order=tests.is_of_order,
         alike_over=alike,
-        has_table=has_table,
+        has_table=circumstances.table is not None,
+        is_line=circumstances.is_of_levels,
     )
 
 

@@ -21,6 +21,10 @@ _AS_INDEPENDENT: Final = (
     "it is in the stated uncertainties as errors that differ from attitude to attitude; an index of the table that is "
     "wrong, or a smooth error of it, is alike at many attitudes and is not, and nothing is declared of this table"
 )
+_AS_INDEPENDENT_LEVELS: Final = (
+    "it is in the stated uncertainties as errors that differ from level to level; what goes smoothly over the levels, "
+    "of the sensor or of what they were set by, is alike at many of them and is not"
+)
 _ALIKE: Final = (
     "the stated uncertainties take it for errors that differ from attitude to attitude, and it goes alike over the "
     "attitudes of"
@@ -29,6 +33,11 @@ _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
     "are not those of the readings, and the stated uncertainties do not hold it",
     "look at the residuals by attitude",
+)
+_FAR_FROM_LINE: Final = Said(
+    "that is more than 1 % of half of what the line spans, and than what is declared of the sensor: levels or readings "
+    "are wrong, or the sensor is not straight, and the stated uncertainties do not hold it",
+    "look at the residuals by level",
 )
 
 
@@ -51,23 +60,30 @@ def lack_words(
     is_of_order: bool,
     alike_over: Collection[str],
     has_table: bool,
+    is_line: bool,
 ) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first.
 
     ``alike_over``: axes of the table over whose indices it goes alike. ``has_table``: whether index errors of a table
-    are declared.
+    are declared. ``is_line``: whether known levels, not attitudes, are what the points differ by.
     """
     if other_angles:
         return Said(_OF_ANGLES)
     if is_large:
-        return _TOO_LARGE
+        return _too_large(is_line=is_line)
     if follows_gravity:
         return Said(_OF_GRAVITY)
     if is_remembering or is_of_order:
         return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER)
     if alike_over:
         return _alike(alike_over)
+    if is_line:
+        return Said(_AS_INDEPENDENT_LEVELS)
     return Said(CONTAINED if has_table else _AS_INDEPENDENT)
+
+
+def _too_large(*, is_line: bool) -> Said:
+    return _FAR_FROM_LINE if is_line else _TOO_LARGE
 
 
 def _alike_axes(findings: Iterable[Finding]) -> list[str]:
@@ -87,18 +103,19 @@ def _alike(axes: Collection[str]) -> Said:
     return Said(fact, what_to_do)
 
 
-def untested_scatter(scatter: float, words: str, largest_lack: float) -> Iterator[Finding]:
+def untested_scatter(scatter: float, words: str, largest_lack: float, *, is_line: bool) -> Iterator[Finding]:
     """Yield a finding where residuals that no replication tells from noise are larger than any lack of fit may be.
 
     ``scatter``: standard deviation of a dwell about the fit, in the output's unit; ``words``: the same to be read.
     """
     if not scatter > largest_lack:
         return
+    too_large = _too_large(is_line=is_line)
     fact = (
         f"the residuals scatter by {words} (standard deviation of a dwell), and no replication tells lack of fit from "
-        f"noise; {_TOO_LARGE.fact}"
+        f"noise; {too_large.fact}"
     )
-    what_to_do = _TOO_LARGE.what_to_do
+    what_to_do = too_large.what_to_do
     yield Finding("lack-of-fit", fact, True, None, details={"size": scatter}, is_held=False, what_to_do=what_to_do)
 
 
@@ -111,13 +128,15 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
     if is_drift:
         return drift_words(found, is_remembering=is_remembering, is_differing=DIFFERING in tests)
     alike_over = _alike_axes(significant)
+    lacks = [finding.text for finding in significant if finding.details.get("test") == LACK_OF_FIT]
     lack_is = lack_words(
         other_angles=any(map(fits_other_angles, significant)),
-        is_large=any(_TOO_LARGE.fact in lack.text for lack in significant if lack.details.get("test") == LACK_OF_FIT),
+        is_large=any(_TOO_LARGE.fact in text or _FAR_FROM_LINE.fact in text for text in lacks),
         follows_gravity=GRAVITY in tests,
         is_remembering=is_remembering,
         is_of_order=not tests.isdisjoint(OF_THE_ORDER),
         alike_over=alike_over,
         has_table=not any(_AS_INDEPENDENT in finding.text for finding in found),
+        is_line=any(_AS_INDEPENDENT_LEVELS in text or _FAR_FROM_LINE.fact in text for text in lacks),
     )
     return lack_is.fact

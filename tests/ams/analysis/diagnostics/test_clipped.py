@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from physics_scenes import campaigns
 from solved_campaigns import columns_of, rows_of
 
-from ams.analysis.diagnostics.clipped import is_rail
+from ams.analysis.diagnostics.clipped import is_rail_by_expectation
 from ams.calibration.calibrate import calibrate
 from ams.calibration_result import Calibration
 from ams.findings import Finding
@@ -109,4 +109,4 @@ def test_equal_readings_are_a_rail_where_no_noise_would_bring_them_together(spre
     output[0] = output[1] - 1e-9  # the meter is far finer than the noise
     predicted = output.copy()
     predicted[rows] += np.linspace(0.0, spread_sd * sd, 12)
-    assert is_rail(rows, output, np.arange(attitudes), predicted, sd) is is_told
+    assert is_rail_by_expectation(rows, output, predicted, sd) is is_told
