@@ -19,6 +19,8 @@ DECLARED_SIZE: Final = "declared_sensitivity_"
 read is wrong, so that there is a set, and a person judges the finding."""
 HOLDING_ARCSEC: Final = 3.0
 """A smaller rotation stops no night and quarantines no set: it is a finding. A good table's certificate allows 1″."""
+UNLIKE_SIZE: Final = "sensitivity_of_others_"
+"""Of a finding's details: the sensitivity of the other axes, which an axis is far from; a person judges it as well."""
 SHOWN_BY: Final = "shown_by_visits"
 """Of a finding's details: between which visits or check sets all sensors show it too, where the dwells tell it."""
 EXPLAINED_BY: Final = "explained_by"
@@ -109,7 +111,7 @@ def leaves_nothing(finding: Finding) -> bool:
 
 def is_left_to_a_person(details: Mapping[str, object]) -> bool:
     """Return whether there is a set in spite of a finding of an axis, which a person judges: by what it says."""
-    return FITS_WITH in details or any(key.startswith(DECLARED_SIZE) for key in details)
+    return FITS_WITH in details or any(key.startswith((DECLARED_SIZE, UNLIKE_SIZE)) for key in details)
 
 
 def turned_the_table(findings: Iterable[Finding]) -> tuple[Finding, ...]:

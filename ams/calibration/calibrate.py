@@ -18,6 +18,7 @@ from typing import Any, Final
 import numpy as np
 
 from ams.analysis.diagnostics.declared.declared_axis import handedness, undetermined_by_errors
+from ams.analysis.diagnostics.declared.unlike_axes import with_unlike_axes
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import untold_order
 from ams.arrays import FloatArray
@@ -120,7 +121,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     fitted = choices[labels[0]].model  # temperature is modelled alike of every axis
     warnings = (*left_out, *layout_warnings(layout, rows), *curvature_warnings(rows, fitted))
     package = package_covariance([parts[label] for label in labels]) if len(labels) > 1 else None
-    solved_axes = {label: axes[label] for label in labels}
+    solved_axes = with_unlike_axes({label: axes[label] for label in labels}, request.declared)
     handed = handedness(solved_axes, request.declared) if base.convention == "TP" else ()
     linear = groups[0][1].problem.form.basis[:, : len(base.primary_names)]
     hidden = hidden_in_step(rows, layout, linear) if base.convention == "TP" else ()

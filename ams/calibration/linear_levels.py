@@ -13,12 +13,14 @@ from types import MappingProxyType
 import numpy as np
 
 from ams.analysis.calibration_budget import axis_budget
+from ams.analysis.diagnostics.declared.unlike_axes import with_unlike_axes
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
 from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration_result import Calibration, SensorVerdict
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, parse_csv, refuse_missing_columns
+from ams.inputs.declared_direction import DeclaredDirection, nominal_of_unit
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
 from ams.models.linear import fit_line
@@ -65,7 +67,11 @@ def linear_document(levels: Mapping[str, Levels], request: CalibrationRequest) -
     ``{"axes": {…}}``, the shape of a fit with the units of these columns.
     """
     request = replace(request, tested_axes=len(levels))
-    axes = {axis: _axis_document(axis, found, request) for axis, found in levels.items()}
+    solved = _solved_lines(levels, request)
+    axes = {
+        axis: _axis_document(axis, found, solved[axis], request) if axis in solved else _two_levels(found, request)
+        for axis, found in levels.items()
+    }
     return {
         "axes": axes,
         "verdict": _verdict_of(axes.values()),
@@ -93,7 +99,7 @@ def calibrated_levels(levels: Mapping[str, Levels], request: CalibrationRequest)
                 "tells its uncertainty: no set can be made of it; add readings"
             )
     request = replace(request, tested_axes=len(levels))
-    solved = [_calibrated(axis, found, request) for axis, found in levels.items()]
+    solved = _solved_lines(levels, request).values()
     axes = {axis: solved_axis for part in solved for axis, solved_axis in part.axes.items()}
     texts = dict.fromkeys(text for part in solved for text in part.warnings)
     remarks = dict.fromkeys(text for part in solved for text in part.remarks)
@@ -127,8 +133,28 @@ def _not_counted(axis: str, request: CalibrationRequest) -> tuple[str, ...]:
 
 
 def _calibrated(axis: str, levels: Levels, request: CalibrationRequest) -> Calibration:
-    solved = calibrate(levels.observations, replace(request, nominal_axes={axis: axis}, models={axis: levels.model}))
+    model = levels.model
+    declared = {axis: _declared(axis, model, request)}
+    request = replace(request, nominal_axes={axis: axis}, models={axis: model}, declared=declared)
+    solved = calibrate(levels.observations, request)
     return replace(solved, warnings=(*solved.warnings, *_not_counted(axis, request)))
+
+
+def _declared(axis: str, model: StraightLine, request: CalibrationRequest) -> DeclaredDirection:
+    """Return what is declared of an axis, or what the unit of its readings says."""
+    declared = request.declared.get(axis, DeclaredDirection(axis))
+    if declared.sensitivity is not None:
+        return declared
+    return replace(declared, sensitivity=nominal_of_unit(model.measured_unit, model.unit))
+
+
+def _solved_lines(levels: Mapping[str, Levels], request: CalibrationRequest) -> dict[str, Calibration]:
+    """Return the axes that are no two levels once, each solved by itself and held against the others."""
+    is_exact = {axis: found.observations.rows == 2 and request.temperature == "none" for axis, found in levels.items()}
+    solved = {axis: _calibrated(axis, found, request) for axis, found in levels.items() if not is_exact[axis]}
+    declared = {axis: _declared(axis, levels[axis].model, request) for axis in solved}
+    judged = with_unlike_axes({axis: calibration.axes[axis] for axis, calibration in solved.items()}, declared)
+    return {axis: replace(calibration, axes={axis: judged[axis]}) for axis, calibration in solved.items()}
 
 
 def _levels(table: CsvTable, axis: str, column: str) -> Levels:
@@ -201,11 +227,7 @@ def _refuse_wandering_levels(table: CsvTable, column: str, observations: Observa
         )
 
 
-def _axis_document(axis: str, levels: Levels, request: CalibrationRequest) -> Document:
-    if levels.observations.rows == 2 and request.temperature == "none":
-        return _two_levels(levels, request)
-
-    calibration = _calibrated(axis, levels, request)
+def _axis_document(axis: str, levels: Levels, calibration: Calibration, request: CalibrationRequest) -> Document:
     solved = to_document(calibration)["axes"][axis]  # type: ignore[index]
     measured, (gain, offset) = levels.model.measured_unit, levels.model.parameter_names
     document = {key: value for key, value in solved.items() if not key.endswith(("_v", "_per_g"))}

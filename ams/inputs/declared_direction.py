@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Final, Literal
 
 from ams.frames import AXES
+from ams.models.convert import STANDARD_GRAVITY_MPS2
 from ams.units import label_and_unit
 
 
@@ -28,6 +29,21 @@ class NominalSensitivity:
     @property
     def printed_unit(self) -> str:
         return label_and_unit(f"sensitivity_{self.unit}_per_{self.per}")[1]
+
+
+_OF_UNIT: Final[Mapping[tuple[str, str], float]] = {
+    ("g", "g"): 1.0,
+    ("mps2", "g"): STANDARD_GRAVITY_MPS2,
+    ("dps", "dps"): 1.0,
+    ("ut", "ut"): 1.0,
+}
+"""Units of readings and of what is sensed, to what the first changes by with one of the second."""
+
+
+def nominal_of_unit(unit: str, per: str) -> NominalSensitivity | None:
+    """Return what readings in a unit of what is sensed change by; None of any other unit."""
+    size = _OF_UNIT.get((unit, per))
+    return None if size is None else NominalSensitivity(size, unit, per)
 
 
 @dataclass(frozen=True)

@@ -4,19 +4,11 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Final, Literal
 
-from ams.inputs.declared_direction import DeclaredDirection, NominalSensitivity
-from ams.models.convert import STANDARD_GRAVITY_MPS2
+from ams.inputs.declared_direction import DeclaredDirection, NominalSensitivity, nominal_of_unit
 from rig.description.rig_file import Sensor
 
 VOLTS: Final[Mapping[str, str]] = MappingProxyType({})
 """Every output is read in volts."""
-_OF_UNIT: Final[Mapping[tuple[str, str], float]] = {
-    ("g", "g"): 1.0,
-    ("mps2", "g"): STANDARD_GRAVITY_MPS2,
-    ("dps", "dps"): 1.0,
-    ("ut", "ut"): 1.0,
-}
-"""Units of readings and of what is sensed, to what the first changes by with one of the second."""
 
 
 def declared_directions(sensor: Sensor | None, units: Mapping[str, str] = VOLTS) -> Mapping[str, DeclaredDirection]:
@@ -55,5 +47,4 @@ def _nominal(declared: float, unit: str, per: str) -> NominalSensitivity | None:
     """Return what is declared of an output in volts; of readings in a unit of what is sensed, what the unit says."""
     if declared != 0.0:
         return NominalSensitivity(abs(declared), per=per)
-    size = _OF_UNIT.get((unit, per))
-    return None if size is None else NominalSensitivity(size, unit, per)
+    return nominal_of_unit(unit, per)

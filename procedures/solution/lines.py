@@ -14,6 +14,7 @@ from ams.analysis.calibration_budget import AxisBudget, axis_budget
 from ams.analysis.diagnostics.axis.axis_tests import MOST_TESTS
 from ams.analysis.diagnostics.beliefs import LEVEL
 from ams.analysis.diagnostics.declared.declared_field import FieldAxis, field_finding, judge_field
+from ams.analysis.diagnostics.declared.unlike_axes import with_unlike_axes
 from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document
@@ -21,6 +22,7 @@ from ams.calibration.findings_document import budget_document, findings_document
 from ams.calibration_result import AxisCalibration, Calibration
 from ams.errors import DesignError
 from ams.findings import Finding
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import COURSES, SharedError
 from ams.models.field_line import FieldLine
@@ -61,6 +63,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         )
     axes: dict[str, AxisCalibration] = {}
     budgets: dict[str, AxisBudget] = {}
+    declared: dict[str, DeclaredDirection] = {}
     lines = lines_of(item, observations)
     warnings = dict.fromkeys(
         f"axis {label}: it was exposed to one level only: no line goes through it; it has no result"
@@ -68,11 +71,15 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         if label not in lines
     )
     for label, line in lines.items():
-        solved = calibrate(line.rows, line_request(item, label, line))
+        request = line_request(item, label, line)
+        solved = calibrate(line.rows, request)
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):
             budgets[label] = axis_budget(axes[label], line.errors, model=line.model)
         warnings |= dict.fromkeys(solved.warnings)
+    declared = {
+        label: declared_in_package(item.sensor, label, line.rows.unit_of(label)) for label, line in lines.items()
+    }
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
     warnings |= dict.fromkeys(warnings_of_use(item.sensor, item.plan.solve.temperature, observations.temperature_degc))
@@ -90,7 +97,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     if len(along) > 1 and item.sensor.measures != "field":
         remarks = (*remarks, DIRECTIONS_NOT_MEASURED)
     remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations, item.sensor.use_temperature_degc))
-    calibration = Calibration(axes, "linear", "SR", tuple(warnings), remarks)
+    calibration = Calibration(with_unlike_axes(axes, declared), "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
     return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared.findings])
 

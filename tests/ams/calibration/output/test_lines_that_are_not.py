@@ -1,4 +1,4 @@
-"""A straight line whose readings stand at a rail, or that is none, is not usable; noise and coarse counts are neither."""
+"""A line whose readings stand at a rail, or that is not straight, is not usable; coarse counts are neither."""
 
 import numpy as np
 import pytest
