@@ -2,7 +2,8 @@
 
 An axis stands a little otherwise each time it comes back to an index, or its encoder reads so; steps between indices
 are far larger. Sorted angles are cut at every gap above a limit; of all limits that one is taken which leaves the gaps
-widest beside the scatter of what stands together: a dwell that was off stays with the index it is nearest to, or is
+widest beside the scatter of what stands together, which is no smaller than the steps that angles are read in have it:
+a dwell that was off stays with the index it is nearest to, or is
 one by itself, and changes nothing for the others. Where no gap is plain (the angles follow no grid, or one as fine as
 what is read back), only angles that are equal but for rounding are one index.
 """
@@ -12,6 +13,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
+from ams.inputs.common_step import common_step
 from ams.remembered import remembered
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION
 
@@ -19,6 +21,11 @@ _ROUNDING_RAD: Final = 1e-4
 """What an axis whose angles are set, or read by a fine encoder, reads otherwise is less."""
 _EXACT_RAD: Final = 1e-9
 """Less is no scatter but the last digits of a number."""
+_FINEST_COUNT_RAD: Final = 1e-5
+_COARSEST_COUNT_RAD: Final = float(np.deg2rad(0.051))
+"""Angles that are whole steps of this size apart may be read in them: then a reading may be the next one by chance."""
+_MOST_COUNTS: Final = 1.3
+"""Standard deviation of such readings, in steps, of one index; what spreads over more is a fine grid that was meant."""
 _WIDEST_SCATTER_RAD: Final = 2e-3
 """Standard deviation of what an index is read at: 0.05° of a servo, and dwells that were off by 0.3°."""
 _STEP_RAD: Final = float(np.deg2rad(1.0))
@@ -101,14 +108,26 @@ def _widest_within_rad(sorted_rad: FloatArray, gaps: FloatArray) -> float:
     next_wider = np.append(limits[1:], np.inf)
     may_be = next_wider >= _NEXT * limits
     may_be[0] = True
+    count_rad = _count_rad(sorted_rad, gaps)
+    least = max(count_rad / float(np.sqrt(12.0)), _EXACT_RAD)
+    most = min(_MOST_COUNTS * count_rad, _WIDEST_SCATTER_RAD) if count_rad > 0.0 else _WIDEST_SCATTER_RAD
     found = list[tuple[float, int, float]]()
     for limit, gap in zip(limits[may_be].tolist(), next_wider[may_be].tolist(), strict=True):
         scatter, dof = _scatter_rad(sorted_rad, gaps > limit)
-        if dof and scatter < _WIDEST_SCATTER_RAD:
-            found.append((min(gap, _STEP_RAD) / max(scatter, _EXACT_RAD), dof, limit))
+        if dof and scatter < most:
+            found.append((min(gap, _STEP_RAD) / max(scatter, least), dof, limit))
     enough = _MOST * max((dof for _, dof, _ in found), default=0)
     plain, _, limit = max((each for each in found if each[1] >= enough), default=(0.0, 0, _ROUNDING_RAD))
     return limit if plain >= _PLAIN else _ROUNDING_RAD
+
+
+def _count_rad(sorted_rad: FloatArray, gaps: FloatArray) -> float:
+    """Return the steps that angles may be read in; 0 where they are no whole steps apart, or too large ones."""
+    smallest = gaps[gaps > _EXACT_RAD].min(initial=np.inf)
+    if not _FINEST_COUNT_RAD < smallest <= _COARSEST_COUNT_RAD:
+        return 0.0
+    count = common_step(sorted_rad, _EXACT_RAD)
+    return count if count > _FINEST_COUNT_RAD else 0.0
 
 
 def _scatter_rad(sorted_rad: FloatArray, is_step: BoolArray) -> tuple[float, int]:

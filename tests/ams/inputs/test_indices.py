@@ -34,6 +34,21 @@ def test_indices_are_those_of_the_design_whatever_is_read_back(
         np.testing.assert_allclose(np.rad2deg(mean), at_deg[:count], atol=5.0 * scatter_deg / dwells**0.5 + 1e-9)
 
 
+@pytest.mark.parametrize("scatter_counts", [0.0, 0.1, 0.4, 0.8])
+@pytest.mark.parametrize("count_deg", [0.001, 0.005, 0.01, 0.02, 0.025, 0.05, 360.0 / 2**13])
+@pytest.mark.parametrize(("step_deg", "count"), [(1.0, 21), (5.0, 37), (90.0, 3)])
+def test_an_angle_that_is_read_as_the_next_count_is_the_same_index(
+    step_deg: float, count: int, count_deg: float, scatter_counts: float
+) -> None:
+    """Encoders of 13 bits, servos of 0.25 µs, displays of 0.01°: an axis between two counts reads either."""
+    chance = np.random.default_rng(8)
+    for night in range(NIGHTS):
+        at_deg = step_deg * (np.arange(count) - count // 2) + chance.uniform(-0.5, 0.5, count) * count_deg
+        stood = np.tile(at_deg, 6) + scatter_counts * count_deg * chance.standard_normal(6 * count)
+        number, _ = index_of(np.deg2rad(np.rint(stood / count_deg) * count_deg))
+        np.testing.assert_array_equal(number, np.tile(np.arange(count), 6), err_msg=f"night {night}")
+
+
 @pytest.mark.parametrize("scatter_deg", SCATTERS_DEG)
 @pytest.mark.parametrize("stray_deg", STRAYS_DEG)
 @pytest.mark.parametrize("step_deg", [2.0, 25.0])
