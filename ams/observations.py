@@ -71,5 +71,10 @@ class Observations:
         return self.units.get(axis, "v")
 
     @property
+    def is_of_levels(self) -> bool:
+        """Whether known levels, not attitudes, are what the points differ by."""
+        return self.reference_level is not None
+
+    @property
     def rows(self) -> int:
         return int(self.replication.size)

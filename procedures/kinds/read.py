@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import create_model
 
-from procedures.description.procedure_file import Procedure, ProcedureDescription
+from procedures.description.procedure_file import Procedure, ProcedureDescription, Solve
 from procedures.kinds.registry import KINDS
 from rig.errors import DescriptionError
 from rig.toml_file import TomlFile, read_toml
@@ -51,7 +51,32 @@ def disagreements(description: ProcedureDescription) -> Iterator[tuple[tuple[str
     if description.solve.model not in kind.models:
         allowed = " or ".join(f'"{model}"' for model in kind.models)
         yield ("solve", "model"), f"got {description.solve.model!r}, allowed for kind {kind.name!r}: {allowed}"
+    if kind.solves_lines(description.solve.model, description.design.kind):
+        yield from _unknown_to_lines(description.solve)
     yield from kind.disagreements(description)
+
+
+def _unknown_to_lines(solve: Solve) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield what no straight line of known levels is solved with."""
+    if solve.temperature != "none":
+        yield (
+            ("solve", "temperature"),
+            f"got {solve.temperature!r}, allowed 'none': a straight line of known levels has no term of temperature; "
+            "hold the temperature and make a run of each, or solve by a model of the sensor",
+        )
+    if solve.time_term != "none":
+        yield (
+            ("solve", "time_term"),
+            f"got {solve.time_term!r}, allowed 'none': a straight line of known levels has no drift with time; visit "
+            "the levels in an order that keeps an even one out, such as there and back, or solve by a model of the "
+            "sensor",
+        )
+    if solve.extended != "no" and "extended" in solve.model_fields_set:
+        yield (
+            ("solve", "extended"),
+            f"got {solve.extended!r}, allowed 'no': a straight line of known levels has no terms of second and third "
+            "order; where the sensor bends, its lack of fit says so",
+        )
 
 
 def _ignored(description: ProcedureDescription) -> Iterator[tuple[tuple[str, ...], str]]:

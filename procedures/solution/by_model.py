@@ -1,37 +1,21 @@
 """Observations of a run's sensor, solved by the model of its procedure with everything that the rig declares.
 
-The run, the running estimate and the report all solve through here, so that the same observations always meet the
-same model, the same table and the same treatment of temperature.
+The run, the running estimate and the report all solve through here where a sensor is no straight line, so that the same
+observations always meet the same model, the same table and the same treatment of temperature.
 """
 
-from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ams.calibration.jointly import calibrate_jointly
 from ams.calibration.mountings import calibrate_mountings
-from ams.models.registry import MODELS
 from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import temperature_source
-from procedures.plan.sequential import stopped_in_words
-from procedures.records.declared_gaps import (
-    crosstalk_remarks,
-    direction_remarks,
-    gravity_remarks,
-    meter_remarks,
-    rate_remarks,
-    table_remarks,
-    temperature_remarks,
-    thermometer_remarks,
-)
-from procedures.records.dwells import DwellRecord
-from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.dominating_limits import dominating_limits
-from procedures.solution.earth_turn import earth_remarks, mean_rotations, with_turned_earth
-from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.earth_turn import mean_rotations, with_turned_earth
 from procedures.solution.observations import design_dwells, observations_of
 from procedures.solution.request import (
     SensorRows,
@@ -43,13 +27,10 @@ from procedures.solution.request import (
     request_of,
 )
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.temperature_of_use import warnings_of_use
+from procedures.solution.said_of_run import said_of_run
 from procedures.solution.type_b import (
-    gravity_on_gyros_remarks,
-    gravity_warnings,
     single_approach,
 )
-from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 
 
@@ -89,42 +70,15 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
     else:
         solved = calibrate_mountings(observations, request)
-    # A tilted base does not turn what sensors of rates sense.
-    model = MODELS.get(item.plan.solve.model)
-    is_levelled = model is None or not model.needs_rates
-    undeclared = Undeclared(
-        level_remarks(item.rig) if is_levelled else (),
-        meter_remarks(item.rig, item.sensor),
-        rate_remarks(item.rig, item.sensor, item.plan.axes),
-        gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
-        table_remarks(item.rig, item.sensor, item.plan.axes),
-        direction_remarks(item.rig, item.sensor, item.plan.axes),
-        crosstalk_remarks(item.rig, item.sensor),
-    )
-    stopped = stopped_in_words(item.plan, max(dwell.replication for dwell in item.dwells))
-    remarks = (
-        *solved.remarks,
-        *_remarks(item.plan.solve, item.dwells),
-        *undeclared.remarks,
-        *temperature_remarks(observations, item.sensor.use_temperature_degc),
-        *(said.text for said in thermometer_remarks(item.rig, [item.sensor], request.temperature)),
-        *(earth_remarks(item.rig, item.sensor) if item.plan.counts_earth else ()),
-        *gravity_on_gyros_remarks(request.shared_errors, senses_rates=model is not None and model.needs_rates),
-        *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
-    )
-    warnings = (
-        *solved.warnings,
-        *(level_warnings(item.rig) if is_levelled else ()),
-        *gravity_warnings(item.rig, item.sensor),
-        *warnings_of_use(item.sensor, solve.temperature, observations.temperature_degc),
-    )
+    said = said_of_run(item, observations, request.shared_errors, tells_directions=True)
+    remarks, warnings = (*solved.remarks, *said.remarks), (*solved.warnings, *said.warnings)
     priors = joint_priors_in_words(solve.joint_priors_arcsec.items())
     budgets = budgets_of(solved, request, item.rig, priors_in_words=priors)
     remarks = (*remarks, *dominating_limits(solved.axes, budgets))
     calibration = replace(solved, remarks=remarks, warnings=warnings)
     reference = reference_of(item.rig, solve, request.shared_errors)
     sensor = SolvedSensor(item.name, observations, calibration, None, budgets, reference=reference)
-    return with_run_findings(sensor, undeclared.findings)
+    return with_run_findings(sensor, said.undeclared.findings)
 
 
 def checked_by_monte_carlo(
@@ -136,10 +90,3 @@ def checked_by_monte_carlo(
     request = request_of(solved.name, rig, sensor, solve, solved.observations)
     words = joint_priors_in_words(solve.joint_priors_arcsec.items())
     return replace(solved, budgets=budgets_of(solved.calibration, request, rig, trials, words))
-
-
-def _remarks(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
-    """Tell what a reader of the result must know about what was asked for."""
-    if solve.time_term == "linear":
-        first = min(rows, key=lambda row: row.step)
-        yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"

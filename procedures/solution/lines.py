@@ -32,21 +32,14 @@ from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from ams.solve.layout import layout_of
-from procedures.records.declared_gaps import (
-    crosstalk_remarks,
-    gravity_remarks,
-    meter_remarks,
-    rate_remarks,
-    temperature_remarks,
-)
 from procedures.solution.declared_directions import declared_in_package
 from procedures.solution.levels import LevelError, LevelRows, known_levels, levels_of
 from procedures.solution.request import SensorRows, SolvedSensor
 from procedures.solution.run_findings import with_run_findings
-from procedures.solution.temperature_of_use import calibrated_degc, warnings_of_use
+from procedures.solution.said_of_run import said_of_run
+from procedures.solution.temperature_of_use import calibrated_degc
 from procedures.solution.triad import TriadAxis, triad_of
-from procedures.solution.type_b import gravity_on_gyros_remarks, shared_errors
-from procedures.solution.undeclared import Undeclared
+from procedures.solution.type_b import shared_errors
 
 EARTH_UT = 50.0
 """What stands across an axis where nothing is declared; the Earth's field has 25 to 65 µT."""
@@ -82,24 +75,17 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
     }
     if not axes:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
-    warnings |= dict.fromkeys(warnings_of_use(item.sensor, item.plan.solve.temperature, observations.temperature_degc))
     along = [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)]
     warnings |= dict.fromkeys(_across(item, along))
-    remarks = gravity_on_gyros_remarks(
-        {label: line.errors for label, line in lines.items()}, senses_rates=item.sensor.measures == "rate"
+    said = said_of_run(
+        item, observations, {label: line.errors for label, line in lines.items()}, tells_directions=False
     )
-    undeclared = Undeclared(
-        meter=meter_remarks(item.rig, item.sensor),
-        rates=rate_remarks(item.rig, item.sensor, item.plan.axes),
-        gravity=gravity_remarks(item.rig, senses_gravity=item.sensor.measures == "acceleration"),
-        crosstalk=crosstalk_remarks(item.rig, item.sensor),
-    )
-    if len(along) > 1 and item.sensor.measures != "field":
-        remarks = (*remarks, DIRECTIONS_NOT_MEASURED)
-    remarks = (*remarks, *undeclared.remarks, *temperature_remarks(observations, item.sensor.use_temperature_degc))
+    warnings |= dict.fromkeys(said.warnings)
+    is_along_all = len(along) > 1 and item.sensor.measures != "field"
+    remarks = (*((DIRECTIONS_NOT_MEASURED,) if is_along_all else ()), *said.remarks)
     calibration = Calibration(with_unlike_axes(axes, declared), "linear", "SR", tuple(warnings), remarks)
     solved_sensor = SolvedSensor(item.name, observations, calibration, None, budgets)
-    return with_run_findings(solved_sensor, [*_field_findings(item, lines), *undeclared.findings])
+    return with_run_findings(solved_sensor, [*_field_findings(item, lines), *said.undeclared.findings])
 
 
 @dataclass(frozen=True)
@@ -136,6 +122,7 @@ def line_request(item: SensorRows, label: str, line: Line) -> CalibrationRequest
         declared={label: declared_in_package(item.sensor, label, line.rows.unit_of(label))},
         shared_errors={label: line.errors},
         tested_axes=item.tested_axes,
+        known_of_run=item.known_of_run,
     )
 
 
@@ -241,7 +228,9 @@ def _rows(observations: Observations, label: str, levels: LevelRows) -> Observat
         scanned_v=None if observations.scanned_v is None else observations.scanned_v[levels.rows],
         from_level=None if observations.from_level is None else observations.from_level[levels.rows],
         sampled={label: observations.sampled[label]} if label in observations.sampled else {},
+        step=None if observations.step is None else observations.step[levels.rows],
         source=f"{observations.source}, axis {label}",
+        run=observations.run,
     )
 
 

@@ -46,6 +46,8 @@ class AxisWords:
     conviction_level: float
     has_table: bool
     """Whether index errors of a table are declared."""
+    is_of_levels: bool
+    """Whether known levels, not attitudes, are what the points differ by."""
     order_repeats: bool
     """Whether every replication visits the points in the same order."""
     lack_is: Said

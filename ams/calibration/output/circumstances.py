@@ -59,11 +59,6 @@ class Circumstances:
     """Of each output, what says that the angles or the outputs have another sign or order, all through the run or in a
     replication; empty: not asked."""
 
-    @property
-    def is_of_levels(self) -> bool:
-        """Whether known levels, not attitudes, are what the points differ by."""
-        return self.rows.reference_level is not None
-
     def together_of(self, index: int) -> BeliefTest | None:
         return self.together[index] if self.together else None
 

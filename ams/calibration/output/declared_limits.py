@@ -23,7 +23,7 @@ def largest_lack(seen: Believed, shared: Sequence[SharedError]) -> float:
     """Return the lack of fit that the stated uncertainties may hold, in the output's unit."""
     model, primary = seen.solved.problem.models[seen.index], seen.solved.primary[seen.index]
     of_full = np.linalg.norm(primary[1:4])
-    if seen.rows.reference_level is not None:
+    if seen.rows.is_of_levels:
         of_full = 0.5 * np.ptp(model.predict(primary, seen.rows))
     return max(declared_departure(shared), LARGEST_LACK * float(of_full))
 

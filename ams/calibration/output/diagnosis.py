@@ -211,6 +211,7 @@ def _diagnosis(
         scale,
         tests.conviction_level,
         has_table=has_table,
+        is_of_levels=circumstances.rows.is_of_levels,
         order_repeats=evidence.order_repeats and evidence.layout.replications > 1,
         lack_is=_lack_is(tests, limits, alike, circumstances, follows_gravity=gravity is not None),
         drift_is=drift_words(
@@ -223,7 +224,9 @@ def _diagnosis(
     untested = (
         ()
         if LACK_OF_FIT in tests.tests
-        else untested_scatter(scatter, scale.words(scatter), limits.lack_of_fit, is_line=circumstances.is_of_levels)
+        else untested_scatter(
+            scatter, scale.words(scatter), limits.lack_of_fit, is_of_levels=circumstances.rows.is_of_levels
+        )
     )
     return Diagnosis(
         (
@@ -279,7 +282,7 @@ def _lack_is(
         is_of_order=tests.is_of_order,
         alike_over=alike,
         has_table=circumstances.table is not None,
-        is_line=circumstances.is_of_levels,
+        is_of_levels=circumstances.rows.is_of_levels,
     )
 
 
@@ -305,8 +308,10 @@ def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, 
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
     by = parameters.directions[index][:, free] @ answer
     moved = Moved(parameters.names, by, parameters.standard_uncertainties[index])
-    unit, has_times = problem.models[index].measured_unit, evidence.rows.time_s is not None
-    yield from drift_in_parameters(drift, moved, unit, has_times=has_times)
+    rows, unit = evidence.rows, problem.models[index].measured_unit
+    yield from drift_in_parameters(
+        drift, moved, unit, has_times=rows.time_s is not None, is_of_levels=rows.is_of_levels
+    )
 
 
 def _some_drift(tests: AxisTests) -> bool:

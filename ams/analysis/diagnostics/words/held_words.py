@@ -60,30 +60,30 @@ def lack_words(
     is_of_order: bool,
     alike_over: Collection[str],
     has_table: bool,
-    is_line: bool,
+    is_of_levels: bool,
 ) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first.
 
     ``alike_over``: axes of the table over whose indices it goes alike. ``has_table``: whether index errors of a table
-    are declared. ``is_line``: whether known levels, not attitudes, are what the points differ by.
+    are declared. ``is_of_levels``: whether known levels, not attitudes, are what the points differ by.
     """
     if other_angles:
         return Said(_OF_ANGLES)
     if is_large:
-        return _too_large(is_line=is_line)
+        return _too_large(is_of_levels=is_of_levels)
     if follows_gravity:
         return Said(_OF_GRAVITY)
     if is_remembering or is_of_order:
         return Said(BESIDE_MEMORY if is_remembering else _OF_ORDER)
     if alike_over:
         return _alike(alike_over)
-    if is_line:
+    if is_of_levels:
         return Said(_AS_INDEPENDENT_LEVELS)
     return Said(CONTAINED if has_table else _AS_INDEPENDENT)
 
 
-def _too_large(*, is_line: bool) -> Said:
-    return _FAR_FROM_LINE if is_line else _TOO_LARGE
+def _too_large(*, is_of_levels: bool) -> Said:
+    return _FAR_FROM_LINE if is_of_levels else _TOO_LARGE
 
 
 def _alike_axes(findings: Iterable[Finding]) -> list[str]:
@@ -103,14 +103,14 @@ def _alike(axes: Collection[str]) -> Said:
     return Said(fact, what_to_do)
 
 
-def untested_scatter(scatter: float, words: str, largest_lack: float, *, is_line: bool) -> Iterator[Finding]:
+def untested_scatter(scatter: float, words: str, largest_lack: float, *, is_of_levels: bool) -> Iterator[Finding]:
     """Yield a finding where residuals that no replication tells from noise are larger than any lack of fit may be.
 
     ``scatter``: standard deviation of a dwell about the fit, in the output's unit; ``words``: the same to be read.
     """
     if not scatter > largest_lack:
         return
-    too_large = _too_large(is_line=is_line)
+    too_large = _too_large(is_of_levels=is_of_levels)
     fact = (
         f"the residuals scatter by {words} (standard deviation of a dwell), and no replication tells lack of fit from "
         f"noise; {too_large.fact}"
@@ -137,6 +137,6 @@ def held_words(findings: Iterable[Finding], *, is_drift: bool) -> str:
         is_of_order=not tests.isdisjoint(OF_THE_ORDER),
         alike_over=alike_over,
         has_table=not any(_AS_INDEPENDENT in finding.text for finding in found),
-        is_line=any(_AS_INDEPENDENT_LEVELS in text or _FAR_FROM_LINE.fact in text for text in lacks),
+        is_of_levels=any(_AS_INDEPENDENT_LEVELS in text or _FAR_FROM_LINE.fact in text for text in lacks),
     )
     return lack_is.fact

@@ -17,7 +17,7 @@ from ams.units import ARCSEC_PER_DEG
 def _lack_of_fit(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"the residuals repeat from replication to replication: lack of fit, {words.scale.words(test.size)} (standard "
-        f"deviation over the attitudes)"
+        f"deviation over the {'levels' if words.is_of_levels else 'attitudes'})"
         f"{', more than the table’s index errors explain' if words.has_table else ''}; {words.lack_is.fact}",
         words.lack_is.what_to_do,
     )

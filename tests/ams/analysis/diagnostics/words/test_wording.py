@@ -21,6 +21,7 @@ WORDS = AxisWords(
     Scale("V", 1.0),
     0.001,
     has_table=False,
+    is_of_levels=False,
     order_repeats=False,
     lack_is=Said("it is held"),
     drift_is="it is held",

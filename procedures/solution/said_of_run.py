@@ -1,0 +1,89 @@
+"""What is said of a run's result beside the tests of its data, whatever it was solved by.
+
+What nobody declared, what was asked for in its files, and what the rig file contradicts itself in: every solver of runs
+says it from here, so that no way to a number is silent of what another tells.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from ams.inputs.shared_errors import SharedError
+from ams.observations import Observations
+from procedures.description.procedure_file import Solve
+from procedures.plan.sequential import stopped_in_words
+from procedures.records.declared_gaps import (
+    crosstalk_remarks,
+    direction_remarks,
+    gravity_remarks,
+    meter_remarks,
+    rate_remarks,
+    table_remarks,
+    temperature_remarks,
+    thermometer_remarks,
+)
+from procedures.records.dwells import DwellRecord
+from procedures.solution.adaptive_words import adaptive_in_words
+from procedures.solution.earth_turn import earth_remarks
+from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.request import SensorRows
+from procedures.solution.temperature_of_use import warnings_of_use
+from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings
+from procedures.solution.undeclared import Undeclared
+
+
+@dataclass(frozen=True)
+class SaidOfRun:
+    """Of one sensor."""
+
+    undeclared: Undeclared
+    remarks: tuple[str, ...]
+    """What nobody declared is among them."""
+    warnings: tuple[str, ...]
+
+
+def said_of_run(
+    item: SensorRows,
+    observations: Observations,
+    errors: Mapping[str, tuple[SharedError, ...]],
+    *,
+    tells_directions: bool,
+) -> SaidOfRun:
+    """Return what is said of one sensor.
+
+    ``errors``: sensor axis to the errors that it was solved with. ``tells_directions``: whether it was solved for how
+    its axes lie, which a straight line does not tell.
+    """
+    rig, sensor, plan = item.rig, item.sensor, item.plan
+    # A tilted base does not turn what sensors of rates sense, nor the field of a coil that stands on it.
+    is_levelled, turned = sensor.measures == "acceleration", plan.axes
+    undeclared = Undeclared(
+        level_remarks(rig) if is_levelled else (),
+        meter_remarks(rig, sensor),
+        rate_remarks(rig, sensor, turned),
+        gravity_remarks(rig, senses_gravity=is_levelled),
+        table_remarks(rig, sensor, turned),
+        direction_remarks(rig, sensor, turned) if tells_directions else (),
+        crosstalk_remarks(rig, sensor),
+    )
+    stopped = stopped_in_words(plan, max(dwell.replication for dwell in item.dwells))
+    remarks = (
+        *_time_term(plan.solve, item.dwells),
+        *undeclared.remarks,
+        *temperature_remarks(observations, sensor.use_temperature_degc),
+        *(said.text for said in thermometer_remarks(rig, [sensor], plan.solve.temperature)),
+        *(earth_remarks(rig, sensor) if plan.counts_earth else ()),
+        *gravity_on_gyros_remarks(errors, senses_rates=sensor.measures == "rate"),
+        *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
+    )
+    warnings = (
+        *(level_warnings(rig) if is_levelled else ()),
+        *gravity_warnings(rig, sensor),
+        *warnings_of_use(sensor, plan.solve.temperature, observations.temperature_degc),
+    )
+    return SaidOfRun(undeclared, remarks, warnings)
+
+
+def _time_term(solve: Solve, rows: Sequence[DwellRecord]) -> Iterator[str]:
+    if solve.time_term == "linear":
+        first = min(rows, key=lambda row: row.step)
+        yield f"time term: the run's times count from {first.started_utc:%Y-%m-%d %H:%M:%S} UTC, its first dwell"
