@@ -69,9 +69,9 @@ def is_rail_by_replications(rows: BoolArray, others: BoolArray, output: FloatArr
 
 def _scatter(output: FloatArray, point: IntArray) -> float:
     """Return the standard deviation of (N,) readings within their points, of which one at least repeats."""
-    _, place, rows = np.unique(point, return_inverse=True, return_counts=True)
-    means = np.bincount(place, output) / rows
-    return float(np.sqrt(np.sum((output - means[place]) ** 2) / (output.size - rows.size)))
+    _, number, rows = np.unique(point, return_inverse=True, return_counts=True)
+    means = np.bincount(number, output) / rows
+    return float(np.sqrt(np.sum((output - means[number]) ** 2) / (output.size - rows.size)))
 
 
 def _hardly_by_chance(rows: BoolArray, output: FloatArray, point: IntArray, sd: float) -> bool:

@@ -220,21 +220,13 @@ def _diagnosis(
         drifts=moves_between(solved, index, scale) if _some_drift(tests) else {},
     )
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit, locations))
-    scatter = float(solved.standard_error_v[index])
-    untested = (
-        ()
-        if LACK_OF_FIT in tests.tests
-        else untested_scatter(
-            scatter, scale.words(scatter), limits.lack_of_fit, is_of_levels=circumstances.rows.is_of_levels
-        )
-    )
     return Diagnosis(
         (
             *filter(None, [gravity, None if earth is None else earth_finding(earth, tests.conviction_level)]),
             *findings,
             *drifted,
             *differing,
-            *untested,
+            *_untested_scatter(solved, index, tests, limits, circumstances),
         ),
         solved,
         index,
@@ -263,6 +255,16 @@ def _worded(
             tests.tests[AT_A_LOCATION], locations or tests.locations, scale, circumstances.rows
         )
     return found
+
+
+def _untested_scatter(
+    solved: SolvedColumns, index: int, tests: AxisTests, limits: StatedLimits, circumstances: Circumstances
+) -> Iterator[Finding]:
+    if LACK_OF_FIT in tests.tests:
+        return
+    scatter, words = float(solved.standard_error_v[index]), scale_of(solved, index).words
+    is_of_levels = circumstances.rows.is_of_levels
+    yield from untested_scatter(scatter, words(scatter), limits.lack_of_fit, is_of_levels=is_of_levels)
 
 
 def _lack_is(

@@ -95,9 +95,9 @@ def _refuse_terms_of_lines(label: str, rows: Observations, request: CalibrationR
     """Refuse what no straight line of known levels is solved with. Raises: DesignError."""
     if request.temperature == "none" and not request.time_term:
         return
-    asked_for = f"temperature = {request.temperature!r}" if request.temperature != "none" else "a time term"
+    term = f"temperature = {request.temperature!r}" if request.temperature != "none" else "a time term"
     raise DesignError(
-        f"{rows.source}: axis {label}: got {asked_for}, and a straight line of known levels has no such term; nothing "
+        f"{rows.source}: axis {label}: got {term}, and a straight line of known levels has no such term; nothing "
         "was solved; leave it out, and hold the temperature or visit the levels in an order that keeps a drift out, or "
         "solve by a model of the sensor"
     )
