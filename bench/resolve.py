@@ -17,7 +17,7 @@ from timeit import Timer
 import numpy as np
 
 from bench.figure import Effort, Figure
-from procedures.delivery.deliver import publish_folder
+from procedures.delivery.publish_folder import publish_folder
 from procedures.delivery.resolve import Job, Mapper, chunks, jobs_of
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.delivery.worker_processes import worker_processes
@@ -94,7 +94,7 @@ def finished(folder: Path) -> Job:
     header = make_header(run_dir.name, plan, description, RIG, procedure, "bench", datetime.now(UTC))
     with open_rig(description) as rig:
         begin(run_dir, header, plan, rig)
-    url, _ = publish_folder(run_dir, lambda _: f"sqlite:///{folder / 'archive.sqlite'}")
+    url = publish_folder(run_dir, lambda _: f"sqlite:///{folder / 'archive.sqlite'}").archive_url
     (job,) = jobs_of(url)
     return job
 

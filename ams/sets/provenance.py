@@ -7,7 +7,7 @@ from datetime import UTC, date, datetime
 from ams.calibration_result import Calibration
 from ams.errors import SetError
 from ams.sets.canonical import Document, plain
-from ams.sets.sensed_quantity import FIELDS, form_of, units_in
+from ams.sets.sensed_quantity import form_by_names
 from ams.sets.stated_verdict import unsigned_status
 
 NO_GRAVITY_STATED = "none was stated: standard gravity, on which nothing of this set depends"
@@ -123,10 +123,8 @@ def level_ranges(calibration: Calibration) -> dict[str, tuple[float, float]]:
     """Return what every straight line was exposed to along its axis, by its input; nothing for other models."""
     ranges = {}
     for axis in calibration.axes.values():
-        if axis.model not in FIELDS:
-            continue
-        form = form_of(axis.model, units_in(axis.model, axis.primary_names))
-        if not form.senses_level:
+        form = form_by_names(axis.model, axis.primary_names)
+        if form is None or not form.senses_level:
             continue
         primary = dict(zip(axis.primary_names, axis.primary.tolist(), strict=True))
         index = "xyz".index(axis.nominal_axis)

@@ -54,6 +54,14 @@ def units_in(model: str, primary_names: Sequence[str]) -> Units | None:
     return None if found is None else (found["measured"], found["unit"])
 
 
+def form_by_names(model: str, primary_names: Sequence[str]) -> SetForm | None:
+    """Return the form of a solved axis, in the units that the names of its primary parameters end in.
+
+    None where no coefficient set has the model.
+    """
+    return form_of(model, units_in(model, primary_names)) if model in FIELDS else None
+
+
 def field_at(model: str, units: Units | None, attitude: Exposure) -> FloatArray:
     """Return the (…, 3) field in package axes: local g, °/s for gyros, the unit of straight lines.
 

@@ -1,4 +1,4 @@
-"""From a run's journal to everything it leaves behind: solution, coefficient sets, archive, report, exports.
+"""From a run's journal to everything it leaves behind: solution, coefficient sets, archive, lessons, report, exports.
 
 A pure function of the journal but for the files: delivering twice writes the same bytes and publishes nothing new,
 also on another processor, whose last digits are others.
@@ -7,13 +7,13 @@ what hinders one is told and hinders no other, and delivering again makes what i
 """
 
 import shlex
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ams.archive.runs import Override, PublishedRun
+from ams.archive.runs import PublishedRun
 from ams.calibration.findings_document import full_document
 from ams.calibration_result import Calibration
 from ams.errors import AmsError, WriteFailed
@@ -26,13 +26,13 @@ from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import LACKING
 from procedures.delivery.kept_sets import kept_sets
+from procedures.delivery.lessons import teach
 from procedures.delivery.parts import DONE, NOT_DUE, Parts
 from procedures.delivery.past import past_of
 from procedures.delivery.publish import publish_solved
 from procedures.delivery.set_aside import EXPORTS_FOLDER, set_old_aside
 from procedures.delivery.taken_back_sets import withdraw_taken_back
 from procedures.delivery.unsolved import keep_tracebacks
-from procedures.errors import RequestError
 from procedures.journal.audit.audit_trail import clock_words, missing_in
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.sidecar.unwritten import SETS_FOLDER
@@ -128,7 +128,7 @@ def solve_run(folder: Path, tell: Tell = _tell_nobody) -> SolvedRun:
 
 
 def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) -> Delivery:
-    """Set, archive, exports, page and paper, in this order: what hinders one hinders no other, and nothing is raised.
+    """Set, archive, lessons, exports, page and paper: what hinders one hinders no other, and nothing is raised.
 
     Only a finished run leaves sets; any run leaves a page and a paper.
     """
@@ -156,9 +156,11 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
     crash_point(CrashPoint.SETS_WRITTEN)
     archived = None
     if standing and archive_url is not None and kept is not None:
-        archived = parts.made("archive", lambda: publish_solved(url, run.folder, run.record, run.sensors, standing))
+        archived = _archived(url, run, standing, parts)
     elif sets and archive_url is None:
         parts.leave_out(("archive",), "no archive is asked for")
+    if archived is None:
+        parts.leave_out(("lessons",), "the run is not archived")
     crash_point(CrashPoint.PUBLISHED)
     exports = parts.made("exports", lambda: _exported(run, standing)) if standing else ()
     past = parts.made("html", lambda: past_of(run.record, run.sensors, sets, archived, archive_url))
@@ -172,15 +174,23 @@ def deliver(run: SolvedRun, archive_url: str | None, tell: Tell = _tell_nobody) 
         tell("setting the paper")
         parts.made("pdf", lambda: write_paper(drawn, run.folder, _attached(standing.values())))
         _write_sensor_documents(run, drawn, standing, past, parts, tell)
-    if (hindered := parts.hindered()) and view is not None:
-        rows = [asdict(row) for row in overview_rows(view)]
-        parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, view.state, hindered))
+    _write_hindered(run, view, parts)
     defects = {**_tracebacks(run), **parts.tracebacks}
     keep_tracebacks(run.folder, defects)
     crash_point(CrashPoint.REPORTED)
     published_to = archive_url if archived is not None else None
     page = run.folder / REPORT_FILE
     return Delivery(run, parts.in_words(), view, page, paths or {}, exports or (), published_to, archived, defects)
+
+
+def _archived(
+    archive_url: str, run: SolvedRun, sets: Mapping[str, CoefficientSet], parts: Parts
+) -> PublishedRun | None:
+    """Publish a run and then, where it is published, keep what it teaches: a lesson that fails takes no set away."""
+    archived = parts.made("archive", lambda: publish_solved(archive_url, run.folder, run.record, run.sensors, sets))
+    if archived is not None:
+        parts.made("lessons", lambda: teach(archive_url, run.record, run.sensors))
+    return archived
 
 
 def _write_sensor_documents(
@@ -212,6 +222,13 @@ def _write_plain(run: SolvedRun, view: RunView | None, parts: Parts) -> None:
     page = PlainPage(record.plan.title, record.run_id, str(record.state), why, record.is_simulated)
     with suppress(WriteFailed, OSError):  # the disk, of which the parts have told
         write_plain(run.folder, page, tuple(record.plan.sensors), view)
+
+
+def _write_hindered(run: SolvedRun, view: RunView | None, parts: Parts) -> None:
+    """Have the verdict name the parts that a defect hindered, if any."""
+    if (hindered := parts.hindered()) and view is not None:
+        rows = [asdict(row) for row in overview_rows(view)]
+        parts.made("html", lambda: write_verdict(run.folder, view.verdict, rows, view.state, hindered))
 
 
 def _tracebacks(run: SolvedRun) -> dict[str, str]:
@@ -338,20 +355,6 @@ def _with_words(calibration: Calibration, record: RunRecord) -> Calibration:
     return replace(calibration, warnings=(*calibration.warnings, *words)) if words else calibration
 
 
-def _without_set(run: SolvedRun) -> Iterator[str]:
-    """Yield why a sensor has no set, one sentence for each."""
-    for name, solved in run.sensors.items():
-        if solved.failure is not None:
-            yield f"{name}: {solved.failure}"
-        elif solved.static:
-            yield f"{name}: was measured at rest, which determines no coefficients"
-        elif solved.calibration is not None and solved.calibration.model not in FIELDS:
-            yield (
-                f"{name}: was solved by the model {solved.calibration.model}, of which there is no coefficient set: "
-                "its results stand in the report and in the document of calrig solve --json"
-            )
-
-
 def _write(coefficients: CoefficientSet, folder: Path, kind: str) -> Path:
     folder.mkdir(exist_ok=True)
     path = folder / format_named(kind, coefficients.sensor).file_name(coefficients.sensor)
@@ -372,28 +375,3 @@ def attachments(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         Attachment(form.file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}", content)
         for form, media_type, what, content in contents
     ]
-
-
-def publish_folder(
-    folder: Path,
-    archive_of: Callable[[bool], str],
-    override: Override | None = None,
-    supersede: Override | None = None,
-) -> tuple[str, PublishedRun]:
-    """Solve a finished run out of its journal again and publish it; return where, and what is there now.
-
-    Raises: RequestError where the run did not finish or has nothing to publish; ams.errors.ArchiveError.
-    """
-    run = solve_run(folder)
-    if not run.is_finished:
-        raise RequestError(
-            f"{folder}: the run is {run.record.state}, only a finished one has sets; nothing was published; "
-            f"calrig handover {folder} says what comes next"
-        )
-    sets = sets_of(run)
-    if not sets:
-        raise RequestError(f"{folder}: no sensor has a set: {'; '.join(_without_set(run))}; nothing was published")
-    url = archive_of(run.record.is_simulated)
-    sets |= _kept(url, folder, sets)
-    standing = {name: made for name, made in sets.items() if made.withdrawal is None}
-    return url, publish_solved(url, folder, run.record, run.sensors, standing or sets, override, supersede)

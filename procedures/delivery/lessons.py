@@ -6,6 +6,7 @@ an older schema, nothing is learned: an estimate is no reason to refuse anything
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
+from typing import Final
 
 from ams.archive.lessons import AxisComponents, Lesson, PartDuration, keep_lesson, past_lessons
 from ams.errors import ArchiveError
@@ -16,6 +17,9 @@ from procedures.solution.pilot import mean_of_shown, shown_in
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
 from rig.description.rig_file import RigDescription
+
+UNTAUGHT: Final = "the run is archived; calrig check and calrig plan learn nothing from it yet"
+"""What it means where a run's lesson could not be kept."""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from ams.errors import AmsError
 from ams.exports.optional_libraries import missing_sentence
 from rig.defects import defect_text
 
-PARTS: Final = ("set", "archive", "exports", "html", "pdf")
+PARTS: Final = ("set", "archive", "lessons", "exports", "html", "pdf")
 """What a run leaves, in the order in which it is made; each part succeeds or fails by itself."""
 DONE: Final = "done"
 NOT_DUE: Final = "not due"
@@ -59,6 +59,11 @@ class Parts:
     def hindered(self) -> dict[str, str]:
         """Return the parts that a defect kept from being made, each with its sentence."""
         return {name: self._outcomes[name] for name in self.tracebacks}
+
+    def failure_of(self, part: str) -> str | None:
+        """Return the sentence of what kept a part from being made; None where nothing did."""
+        outcome = self._outcomes.get(part, DONE)
+        return None if outcome == DONE else outcome
 
     def in_words(self) -> dict[str, str]:
         return {name: self._outcomes.get(name, DONE) for name in PARTS}

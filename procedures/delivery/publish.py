@@ -11,7 +11,6 @@ from ams.archive.sets import Publication
 from ams.errors import ArchiveError, ArchiveUnknown
 from ams.findings import Finding
 from ams.sets.coefficients import CoefficientSet
-from procedures.delivery.lessons import teach
 from procedures.delivery.taken_back_sets import withdraw_previous
 from procedures.solution.record import RunRecord
 from procedures.solution.request import SolvedSensor
@@ -37,7 +36,7 @@ def publish_solved(
     override: Override | None = None,
     supersede: Override | None = None,
 ) -> PublishedRun:
-    """Publish a solved run in the archive, and keep beside it what it teaches of the next.
+    """Publish a solved run in the archive; what it teaches of the next is a step of its own (:mod:`.lessons`).
 
     Publishing again changes nothing; of several solutions of one run the one published last counts.
 
@@ -48,12 +47,10 @@ def publish_solved(
     usage = record.plan.usage_pitch_deg
     now = SystemClock().now_utc()
     withdraw_previous(archive_url, sets, record.run_id, is_simulated=record.is_simulated)
-    published = publish_run(
+    return publish_run(
         archive_url, entry, measured, now, usage_pitch_deg=usage, override=override,
         lineage=record.lineage, supersede=supersede,
     )  # fmt: skip
-    teach(archive_url, record, solved)
-    return published
 
 
 def measured_sensors(

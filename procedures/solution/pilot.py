@@ -7,6 +7,7 @@ from math import sqrt
 import numpy as np
 
 from ams.calibration_result import AxisCalibration
+from ams.sets.sensed_quantity import form_by_names
 from procedures.errors import RequestError
 from procedures.solution.beliefs import Pilot, Shown
 from procedures.solution.record import RunRecord
@@ -71,27 +72,24 @@ def _readings(record: RunRecord, name: str, label: str) -> tuple[float, float]:
 
 
 def _shown(axis: AxisCalibration, reading_v: float, samples: float) -> Shown | None:
-    """Return what an axis showed; None where nothing was replicated.
+    """Return what an axis showed; None where nothing was replicated, or it is no accelerometer.
 
     Drift is what the spread between the replications has beyond what precision gives it.
     """
-    replication, names = axis.replication, axis.primary_names
-    k = np.array(
-        [axis.primary[names.index(f"k_{way}_v_per_g")] if f"k_{way}_v_per_g" in names else 0.0 for way in "xyz"]
-    )
-    v_per_g = float(np.linalg.norm(k))
+    replication, form = axis.replication, form_by_names(axis.model, axis.primary_names)
     spread = next((part.covariance for part in axis.variance_components if part.name == "replications"), None)
-    if replication is None or spread is None or v_per_g == 0.0:
+    if replication is None or spread is None or form is None or form.unit != "g":
         return None
+    along, offset = np.zeros(axis.primary.size), np.zeros(axis.primary.size)
+    terms = [axis.primary_names.index(name) for name in form.directions if name in axis.primary_names]
+    per_g = float(np.linalg.norm(axis.primary[terms]))
+    if per_g == 0.0:
+        return None
+    along[terms] = axis.primary[terms] / per_g
+    offset[axis.primary_names.index(form.offset)] = 1.0
     n, precision = replication.replications, replication.precision_v**2
     expected = precision * axis.tp_primary_covariance / axis.standard_error_v**2
-    along = np.zeros(len(names))
-    for way, part in zip("xyz", k, strict=True):
-        if f"k_{way}_v_per_g" in names:
-            along[names.index(f"k_{way}_v_per_g")] = part / v_per_g
-    offset = np.zeros(len(names))
-    offset[names.index("offset_v")] = 1.0
     drifts = [sqrt(max(0.0, n * float(way @ (spread - expected) @ way))) for way in (offset, along)]
     dwell = sqrt(max(0.0, precision - reading_v**2 / samples))
     parts = (reading_v, dwell, replication.lack_of_fit_v, *drifts)
-    return Shown(*(part / v_per_g for part in parts))
+    return Shown(*(part / per_g for part in parts))

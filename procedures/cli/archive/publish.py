@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ams.archive.refusals import without_password
-from ams.archive.runs import Override
+from ams.archive.runs import Override, PublishedRun
 from ams.archive.sets import Publication, list_sets
 from ams.archive.sets import publish as publish_sets
 from ams.archive.synthetic import Story, synthetic_archive
@@ -20,9 +20,10 @@ from procedures.cli.locations import JOURNAL, archive_url, find_run
 from procedures.cli.options import RUNS, Archive, Json, NamedRun, Operator, RunsFolder, require_folder_of
 from procedures.cli.output import note, note_paragraph, print_json, say
 from procedures.cli.steer.archive_url import url_of_run
-from procedures.delivery.deliver import publish_folder
+from procedures.delivery.lessons import UNTAUGHT
 from procedures.delivery.publish import history_findings
-from procedures.errors import RequestError
+from procedures.delivery.publish_folder import publish_folder
+from procedures.errors import ExitStatus, RequestError
 from rig.clock import SystemClock
 
 
@@ -36,7 +37,7 @@ def publish(
     out: RunsFolder = RUNS,
     archive: Archive = None,
     json: Json = False,
-) -> None:
+) -> ExitStatus:
     """Publish a finished run: its sets, as found, as left, the standards behind it. Again, it changes nothing.
 
     A coefficient set of `calrig fit --set` is published by its file. It has no run, so nothing is found by it.
@@ -58,11 +59,20 @@ def publish(
     )
     if Path(run).is_file() and Path(run).name != JOURNAL:
         _publish_file(Path(run), archive, is_answered_for=operator is not None, json=json)
-        return
+        return ExitStatus.DONE
     folder = find_run(run, out)
-    url, published = publish_folder(
+    made = publish_folder(
         folder, lambda simulated: url_of_run(folder, archive, is_simulated=simulated), word, succession
     )
+    _tell_published(made.archive_url, made.run, json=json)
+    if made.untaught is None:
+        return ExitStatus.DONE
+    note(f"lessons: {made.untaught}")
+    note(UNTAUGHT)
+    return ExitStatus.FAILED
+
+
+def _tell_published(url: str, published: PublishedRun, *, json: bool) -> None:
     gone = _withdrawn(url, published.publications)
     _tell_history(url, published.publications)
     if json:

@@ -48,7 +48,7 @@ from procedures.cli.steer.archive_url import archive_of_run, as_kept, require_ar
 from procedures.cli.steer.choose_run import run_in_state
 from procedures.cli.steer.dropped import tell_dropped
 from procedures.delivery.deliver import Delivery, deliver, run_document, solve_run
-from procedures.delivery.lessons import learned
+from procedures.delivery.lessons import UNTAUGHT, learned
 from procedures.delivery.parts import DONE, NOT_MADE
 from procedures.delivery.publish import history_findings
 from procedures.delivery.unsolved import DEFECTS_FILE, page_of_unsolved
@@ -326,8 +326,12 @@ def tell_failures(delivery: Delivery) -> None:
     is_mended_by_solve = any(
         part not in delivery.defects and not word.startswith(NOT_MADE) for part, word in delivery.failures.items()
     )
+    if delivery.failures.keys() == {"lessons"}:
+        note(UNTAUGHT)
     if delivery.failures.keys() == {"archive"}:
-        note(f"not archived; everything else is written; calrig archive publish {delivery.run.folder} does it later")
+        is_later = "archive" not in delivery.defects
+        later = f"; calrig archive publish {delivery.run.folder} does it later" if is_later else ""
+        note(f"not archived; everything else is written{later}")
     elif is_mended_by_solve:
         note(
             f"everything else is written; calrig solve {delivery.run.folder} makes what is missing{_lacking(delivery)}"

@@ -39,7 +39,7 @@ def finished(finished_job: FinishedJob) -> tuple[Path, dict]:
 def test_a_run_says_and_leaves_what_others_rely_on(finished: tuple[Path, dict]) -> None:
     folder, document = finished
     assert set(document) == {"run", "state", "dwells_done", "dwells_planned", "sensors", "report", "sets", "delivery"}
-    assert document["delivery"] == dict.fromkeys(("set", "archive", "exports", "html", "pdf"), "done")
+    assert document["delivery"] == dict.fromkeys(("set", "archive", "lessons", "exports", "html", "pdf"), "done")
     assert (document["state"], document["dwells_done"], document["dwells_planned"]) == ("finished", 24, 24)
     assert set(document["sensors"]["SN1047"]["axes"]) == {"x", "y", "z"}
     left = {str(path.relative_to(document["run"])) for path in Path(document["run"]).rglob("*") if path.is_file()}

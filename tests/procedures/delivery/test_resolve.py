@@ -13,7 +13,8 @@ from small_run import bench
 
 from ams.archive.sets import list_sets
 from procedures.cli.main import run_command
-from procedures.delivery.deliver import primaries_of, publish_folder, sets_of, solve_run
+from procedures.delivery.deliver import primaries_of, sets_of, solve_run
+from procedures.delivery.publish_folder import publish_folder
 from procedures.delivery.resolve import Answer, Job, Mapper, Treatment, chunks, in_this_process, jobs_of, resolve_job
 from procedures.delivery.resolve_workers import LEAST_FITS_OF_A_TASK, chunk_size, in_processes, on_cluster
 from procedures.errors import RunFailed
@@ -37,7 +38,7 @@ def archived(tmp_path_factory: pytest.TempPathFactory) -> Archived:
     folder = tmp_path_factory.mktemp("resolve")
     small = bench(folder, procedure=WIDER)
     small.run(folder / "run")
-    url, _ = publish_folder(folder / "run", lambda _: f"sqlite:///{folder / 'archive.sqlite'}")
+    url = publish_folder(folder / "run", lambda _: f"sqlite:///{folder / 'archive.sqlite'}").archive_url
     (job,) = jobs_of(url)
     return Archived(url, folder / "run", job)
 

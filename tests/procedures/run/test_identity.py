@@ -15,7 +15,8 @@ from unattended_run import UnattendedRun, asks, events, run_unattended
 from ams.errors import ArchiveForbids
 from procedures.alerts.channels import without_secrets
 from procedures.cli.main import run_command
-from procedures.delivery.deliver import deliver, publish_folder, sets_of, solve_run
+from procedures.delivery.deliver import deliver, sets_of, solve_run
+from procedures.delivery.publish_folder import publish_folder
 from procedures.errors import RequestError
 from procedures.journal.location import is_copy, location_of
 from procedures.journal.requests.corrections import Authorisation, redo
@@ -75,7 +76,7 @@ def test_a_run_of_which_something_was_taken_back_is_published_again(tmp_path: Pa
     publish_folder(run_dir, lambda _: url)
     redo(run_dir, 2, Authorisation("anna", "leaned on"))
     assert resume(run_dir, "tester").state is State.FINISHED
-    _, published = publish_folder(run_dir, lambda _: url)
+    published = publish_folder(run_dir, lambda _: url).run
     assert [publication.is_new for publication in published.publications] == [True]
 
 
