@@ -63,7 +63,9 @@ class Console:
     live_pages: LivePages = field(default_factory=LivePages)
     _answers: OrderedDict[Slot, asyncio.Future[Answer]] = field(default_factory=OrderedDict)
     _watched: dict[str, WatchedRun] = field(default_factory=dict)
-    _lock: Lock = field(default_factory=Lock)
+    _watching: Lock = field(default_factory=Lock)
+    _listing: Lock = field(default_factory=Lock)
+    """Held while journals are verified, which takes seconds of long ones: no live page waits for it."""
 
     @property
     def archive_url(self) -> str:
@@ -77,7 +79,7 @@ class Console:
         return found
 
     def listed(self) -> tuple[ListedRun, ...]:
-        with self._lock:
+        with self._listing:
             return self.runs.read()
 
     def folder_of(self, name: str) -> Path:
@@ -93,7 +95,7 @@ class Console:
 
     def watched(self, name: str) -> WatchedRun:
         """Return the run of a name that stands in the folder of runs. Raises: HTTPException, JournalError."""
-        with self._lock:
+        with self._watching:
             path = self.folder_of(name)
             if name not in self._watched:
                 while len(self._watched) >= MOST_WATCHED:
