@@ -35,6 +35,14 @@ class Patience:
     """Times a question that may be repeated is asked in all."""
 
 
+def not_quiet(stream: ByteStream, patience: Patience, taken: int, last: bytes) -> LineNotQuiet:
+    """Return what is raised where ``taken`` bytes came on a line that was to fall quiet, the last of them ``last``."""
+    return LineNotQuiet(
+        f"{stream.name}: the line does not fall quiet within {patience.quiet_limit_s:g} s: {taken} bytes came, the last"
+        f" {last[-40:]!r}; nothing was sent; check what else talks on it"
+    )
+
+
 class Exchange:
     """Questions and answers over one stream.
 
@@ -151,10 +159,7 @@ class Exchange:
             if not all(map(self._is_aside, lines)):
                 silent_since_s = clock.monotonic_s()
             if clock.monotonic_s() >= limit_s or taken > LONGEST_REPLY:
-                raise LineNotQuiet(
-                    f"{self.stream.name}: the line does not fall quiet within {self.patience.quiet_limit_s:g} s:"
-                    f" {taken} bytes came, the last {stale[-40:]!r}; nothing was sent; check what else talks on it"
-                )
+                raise not_quiet(self.stream, self.patience, taken, stale)
 
     def skip_to(self, sentinel: bytes, timeout_s: float, waited_for: bytes) -> None:
         """Take bytes until ``sentinel`` came whole; all others are counted as stale.

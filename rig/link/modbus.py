@@ -24,7 +24,7 @@ from pymodbus.pdu.register_message import (
 from rig.errors import DeviceNonsense, DeviceSilent, LineNotQuiet
 from rig.link.byte_stream import ByteStream
 from rig.link.counts import counts_of
-from rig.link.exchange import Patience
+from rig.link.exchange import LONGEST_REPLY, Patience, not_quiet
 from rig.link.modbus_replies import granted, in_words
 from rig.link.symptoms import remedy
 
@@ -171,9 +171,9 @@ class ModbusRtu:
         taken = 0
         while stale := self.stream.read(clock.monotonic_s() + self._patience.quiet_s):
             taken += len(stale)
-            if clock.monotonic_s() >= limit_s:
-                raise LineNotQuiet(f"{self.stream.name}: the line does not fall quiet; check what else talks on it")
-        self.counts.stale_bytes += taken
+            self.counts.stale_bytes += len(stale)
+            if clock.monotonic_s() >= limit_s or taken > LONGEST_REPLY:
+                raise not_quiet(self.stream, self._patience, taken, stale)
         return taken
 
     def _transact(self, request: ModbusPDU) -> ModbusPDU:

@@ -231,3 +231,32 @@ def test_a_block_is_written_by_these_bytes_and_its_acknowledgement_is_checked() 
     wrong, _ = _master(lambda _: _checked(bytes.fromhex("01 10 0A DE 00 01")))
     with pytest.raises(DeviceNonsense, match="it acknowledges register 2782, 1 of them"):
         wrong.write_registers(2782, [0x0000, 0x41C8])
+
+
+class _Talker:
+    """Sends two bytes every tenth of a second, whatever it is asked."""
+
+    def __init__(self) -> None:
+        self.questions: list[bytes] = []
+        self._sent_s = 0.0
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self.questions.append(data)
+
+    def transmit(self, now_s: float) -> bytes:
+        if now_s < self._sent_s + 0.1:
+            return b""
+        self._sent_s = now_s
+        return b"\x55\xaa"
+
+    def next_event_s(self) -> float | None:
+        return self._sent_s + 0.1
+
+
+def test_a_line_that_never_falls_quiet_is_refused_with_what_came_and_is_not_asked() -> None:
+    talker = _Talker()
+    line = ModbusRtu(MemoryStream(talker, virtual_clock(), "chamber"), 1)
+    with pytest.raises(DeviceNonsense, match=r"within 5 s: \d+ bytes came, the last .*; nothing was sent") as caught:
+        line.read_holding(100)
+    assert not talker.questions
+    assert f": {line.counts.stale_bytes} bytes came" in str(caught.value)
