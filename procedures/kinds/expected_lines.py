@@ -75,7 +75,7 @@ def _unguarded(rig: RigDescription, plan: Plan) -> Iterator[str]:
     """Yield the axes that turn on and on and that nothing stops when the computer dies; a sweep ends at its target."""
     turned = {name for dwell in plan.dwells for name in _led_by_a_rate(dwell)}
     for name in plan.axes:
-        if name in turned and getattr(rig.axes[name], "watchdog_s", None) is None:
+        if name in turned and not rig.axes[name].stops_without_computer:
             yield (
                 f"axes.{name} has no watchdog_s: if this computer dies while it turns, it turns on; keep the machine's "
                 "stop button within reach"

@@ -97,9 +97,23 @@ def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...
     in_volts = [channel for channel in sensor.channels.values() if units.get(channel) == VOLTS]
     readouts = dict.fromkeys(channel.partition(".")[0] for channel in in_volts)
     unknown = [name for name in readouts if name in rig.readouts and not _states_volts(rig, name)]
+    rangeless = dict.fromkeys(
+        readout
+        for readout, _, name in (channel.partition(".") for channel in in_volts)
+        if readout in rig.readouts and readout not in unknown and rig.readouts[readout].range_of_channel_v(name) is None
+    )
+    of_gain = tuple(
+        Said(
+            f"{NO_METER} ({name}) for its gain: its driver {rig.readouts[name].driver} does not tell the range that it "
+            "reads on, so that what its gain is wrong by is in no figure stated here",
+            "have whoever wrote the driver tell it (range_of_channel_v of its settings, docs/own-driver.md)",
+        )
+        for name in rangeless
+    )
     if not unknown:
-        return ()
+        return of_gain
     return (
+        *of_gain,
         Said(
             f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here",
             f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that "

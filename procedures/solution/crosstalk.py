@@ -17,6 +17,7 @@ from ams.frames import AXES, specific_force
 from ams.inputs.shared_errors import SharedError
 from ams.observations import Observations
 from procedures.records.dwells import DwellRecord
+from rig.description.device_settings import ScannedReadoutSettings
 from rig.description.rig_file import RigDescription, Sensor
 
 CROSSTALK = "crosstalk of the scanner"
@@ -86,6 +87,7 @@ def _declared_v(rows: Observations, rig: RigDescription, channel: str) -> FloatA
                 return np.asarray(sensor.nominal_v_per_g(axis) * force_g[:, AXES.index(axis)])
     supplies_v = [chain.reference_supply_v for chain in rig.chain.values() if chain.supply_channel == channel]
     readout, _, name = channel.partition(".")
-    entry = getattr(rig.readouts[readout], "channels", {}).get(name)
-    constant_v = next((volts for volts in supplies_v if volts is not None), float(getattr(entry, "range_v", 0.0)))
-    return np.full(rows.rows, constant_v)
+    scanner = rig.readouts[readout]
+    assert isinstance(scanner, ScannedReadoutSettings), "leaking_channels names those of scanners alone"
+    range_v = scanner.range_of_channel_v(name)
+    return np.full(rows.rows, next((volts for volts in supplies_v if volts is not None), range_v))

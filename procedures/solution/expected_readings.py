@@ -68,5 +68,4 @@ def _readout(rig: RigDescription, channel: str) -> ReadoutSettings:
 
 def _longer(settings: ReadoutSettings, nplc: float) -> float:
     """Return how many times as long a reading integrates as by the rig file."""
-    plain = getattr(settings, "nplc", None)
-    return nplc / float(plain) if isinstance(plain, int | float) else 1.0
+    return 1.0 if settings.integrates_nplc is None else nplc / settings.integrates_nplc

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 
 from ams.inputs.possible_outputs import Reach
-from procedures.solution.type_b import range_v_of
 from rig.description.cross_checks import OVER_RANGE
 from rig.description.rig_file import RigDescription, Sensor
 
@@ -15,7 +14,7 @@ def meter_reach(rig: RigDescription, sensor: Sensor | None) -> Mapping[str, Reac
     found: dict[str, Reach] = {}
     for axis, channel in sensor.channels.items():
         readout, _, name = channel.partition(".")
-        range_v = range_v_of(rig, readout, name) if readout in rig.readouts else None
+        range_v = rig.readouts[readout].range_of_channel_v(name) if readout in rig.readouts else None
         if range_v is not None:
             why = f"{channel} of the rig file has a range of {range_v:g} V and reads {OVER_RANGE:g} times that"
             found[str(axis)] = Reach(OVER_RANGE * range_v, why, ", or correct range_v of the rig file")

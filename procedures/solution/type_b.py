@@ -226,8 +226,8 @@ def _chain(rig: RigDescription, channel: str) -> Iterator[SharedError]:
     if meter is not None and meter[1].uncertainty_v:
         u_v, stated = meter[1].uncertainty_v / divisor(meter[1]), _in_words(meter, meter[1].uncertainty_v, "V")
         yield SharedError("multimeter zero", "reading", u_v, meter[1].kind, stated)
-        range_v = range_v_of(rig, readout, name)
-        if range_v:
+        range_v = rig.readouts[readout].range_of_channel_v(name)
+        if range_v is not None:
             yield SharedError("multimeter gain", "gain", u_v / range_v, meter[1].kind, f"{stated}, over {range_v:g} V")
     chain = rig.chain.get(channel)
     if chain is not None and chain.load_resistor_ohm and readout in rig.readouts:
@@ -316,10 +316,3 @@ def _in_words(standard: tuple[str, Standard], stated: float, unit: str) -> str:
     coverage = f", k = {declared.k:g}" if declared.kind == "expanded" else ""
     size = f"{1e6 * stated:g} µV" if unit == "V" else f"{stated:g} {unit}"
     return f"standards.{name}: {declared.kind} {size}{coverage}"
-
-
-def range_v_of(rig: RigDescription, readout: str, channel: str) -> float | None:
-    """Return the range of a channel in volts, or None."""
-    channels = getattr(rig.readouts[readout], "channels", {})
-    range_v = getattr(channels.get(channel), "range_v", None)
-    return float(range_v) if isinstance(range_v, int | float) else None

@@ -209,8 +209,7 @@ def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     for serial, sensor in rig.sensors.items():
         for axis, channel in sensor.channels.items():
             readout, _, name = channel.partition(".")
-            entry = getattr(rig.readouts.get(readout), "channels", {}).get(name)
-            range_v = getattr(entry, "range_v", None)
+            range_v = rig.readouts[readout].range_of_channel_v(name) if readout in rig.readouts else None
             if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_v_per_g(axis)):
                 yield file.complaint(
                     ("readouts", readout, "channels", name, "range_v"),

@@ -90,6 +90,11 @@ class AxisSettings(StrictTable):
         return False
 
     @property
+    def stops_without_computer(self) -> bool:
+        """Whether the machine ends a rate by itself when nobody speaks to it any more, as its file asks."""
+        return False
+
+    @property
     def moves_beside_others(self) -> bool:
         """Whether it answers, and may move, while another axis of the rig is on its way."""
         return True
@@ -219,6 +224,19 @@ class ReadoutSettings(StrictTable):
         """Return what the input of ``channel`` loads its source with; None where that is nothing that counts."""
         return None
 
+    def range_of_channel_v(self, channel: str) -> float | None:  # noqa: ARG002 for those that know theirs
+        """Return the range that ``channel`` reads on, volts; None where it is not known, or no volts are read.
+
+        What a certificate states of the meter is over it the uncertainty of the gain. Where it is not known, a result
+        says that the gain is in no uncertainty; to be wrong here is to state a wrong one.
+        """
+        return None
+
+    @property
+    def integrates_nplc(self) -> float | None:
+        """Return over how many power-line cycles a reading integrates by the file; None where nothing is chosen."""
+        return None
+
 
 class ScannedReadoutSettings(ReadoutSettings):
     """A meter that reads several channels through a scanner."""
@@ -226,6 +244,10 @@ class ScannedReadoutSettings(ReadoutSettings):
     crosstalk_ratio: Annotated[float, Field(gt=0.0, le=0.01)] | None = None
     """The part of the volts of any other channel that a reading may have too much: a limit; None: nobody declares it.
     Of −100 dB it is 1e-5."""
+
+    def range_of_channel_v(self, channel: str) -> float:
+        """Return the range as of any readout; a scanner must tell it: so many volts may leak from that channel."""
+        raise NotImplementedError
 
 
 class EnvironmentSettings(StrictTable):

@@ -121,6 +121,13 @@ class Hp3458aSettings(ScannedReadoutSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def range_of_channel_v(self, channel: str) -> float:
+        return self.channels[channel].range_v
+
+    @property
+    def integrates_nplc(self) -> float:
+        return self.nplc
+
     def input_ohm(self, channel: str) -> float | None:
         """More than 10 gigohm up to 10 V, with FIXEDZ OFF as after PRESET."""
         return 10.0e6 if self.channels[channel].range_v > 10.0 else None

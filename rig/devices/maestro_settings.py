@@ -43,6 +43,10 @@ class MaestroSettings(AxisSettings):
     reply_timeout_s: Annotated[float, Field(gt=0.0)] = 0.5
 
     @property
+    def stops_without_computer(self) -> bool:
+        return self.watchdog_s is not None
+
+    @property
     def home_attitude_deg(self) -> float:
         return self.home_deg
 

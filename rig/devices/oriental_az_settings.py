@@ -50,6 +50,10 @@ class OrientalAzSettings(rates.RevolvingSettings):
         return as_tuple(value)
 
     @property
+    def stops_without_computer(self) -> bool:
+        return self.watchdog_s is not None
+
+    @property
     def speed_range_dps(self) -> tuple[float, float]:
         return self.step_deg, self.step_deg * wire.MOST_HZ
 

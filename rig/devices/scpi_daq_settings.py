@@ -155,6 +155,13 @@ class ScpiDaqSettings(ScannedReadoutSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def range_of_channel_v(self, channel: str) -> float:
+        return self.channels[channel].range_v
+
+    @property
+    def integrates_nplc(self) -> float:
+        return self.nplc
+
     def input_ohm(self, channel: str) -> float | None:
         high = self.high_impedance and self.channels[channel].range_v in HIGH_IMPEDANCE_RANGES_V
         return None if high else FIXED_OHM

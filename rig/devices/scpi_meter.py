@@ -164,6 +164,13 @@ class ScpiMeterSettings(ReadoutSettings):
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
 
+    def range_of_channel_v(self, channel: str) -> float:  # noqa: ARG002 there is one
+        return self.range_v
+
+    @property
+    def integrates_nplc(self) -> float:
+        return self.nplc
+
     def input_ohm(self, channel: str) -> float | None:  # noqa: ARG002 there is one
         high = self.high_impedance and self.range_v in self.preset.high_impedance_ranges_v
         return None if high else FIXED_OHM

@@ -2,16 +2,19 @@
 
 import numpy as np
 
-from rig.abilities.abilities import Environment, Field, Readout, Stream, StreamBlock
+from rig.abilities.abilities import Burst, Environment, Field, Readout, Stream, StreamBlock
 from rig.clock import Clock
+from rig.description.device_settings import ReadoutSettings
 from rig.errors import WaitEnded
 from rig.testing.law import expect, expect_near, expect_refusal
 
 LONGEST_S = 60.0
+LARGEST_OF_RANGE = 1.25
+"""No meter reads farther over its range."""
 UNITS = frozenset({"g", "dps", "ut", "mps2", "v", "deg", "gauss", "radps", "degc", "kpa", "counts"})
 
 
-def keep_readout_promises(readout: Readout, clock: Clock, *, nplc: float = 1.0) -> None:
+def keep_readout_promises(readout: Readout, clock: Clock, settings: ReadoutSettings, *, nplc: float = 1.0) -> None:
     """Every channel gives as many finite readings as asked for, timed; a stop or a refusal harms no later burst."""
     readout.prepare()
     expect(bool(readout.identify()) and readout.identify() == readout.identify(), f"{readout.name}: identity changes")
@@ -33,9 +36,24 @@ def keep_readout_promises(readout: Readout, clock: Clock, *, nplc: float = 1.0) 
             f"{readout.name}: {samples} of {channel}",
             readout.name,
         )
+    _keep_stated(readout, settings, burst)
     _keep_stop(readout)
     again = readout.read(last, 2, clock.sleep, nplc=nplc)
     expect(bool(np.isfinite(again.samples).all()), f"{readout.name}: the burst behind a stop is not whole")
+
+
+def _keep_stated(readout: Readout, settings: ReadoutSettings, burst: Burst) -> None:
+    """Hold the settings to what is read: a result's uncertainty rests on the range that they tell."""
+    for name in settings.channel_names():
+        range_v = settings.range_of_channel_v(name)
+        expect(range_v is None or 0.0 < range_v < np.inf, f"{readout.name}: range of {name}: {range_v} V")
+    range_v = settings.range_of_channel_v(burst.channel.partition(".")[2])
+    if range_v is not None:
+        beyond = float(np.abs(burst.samples).max()) > LARGEST_OF_RANGE * range_v
+        expect(not beyond, f"{readout.name}: {burst.channel} reads more than its range of {range_v:g} V holds")
+    nplc = settings.integrates_nplc
+    if nplc is not None:
+        expect_near(settings.reading_s(nplc), settings.reading_s(), 1e-9, f"{readout.name}: reading at {nplc:g} nplc")
 
 
 def _keep_stop(readout: Readout) -> None:

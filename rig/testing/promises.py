@@ -36,7 +36,7 @@ def keep_promises(rig: Rig, key: str, *, sets_speed: bool = True) -> None:
     if table == "axes":
         _keep_axis(rig.axes[name], rig, sets_speed=sets_speed)
     elif table == "readouts":
-        keep_readout_promises(rig.readouts[name], rig.clock)
+        keep_readout_promises(rig.readouts[name], rig.clock, rig.description.readouts[name])
     elif table == "environment":
         limits_degc = rig.description.environment[name].limits_degc
         air, clock = rig.environments[name], rig.clock

@@ -23,6 +23,8 @@ from rig.wire import scpi
 MAINS_HZ = 50.0
 OVERHEAD_S = 0.01
 MOST_SAMPLES = 10_000
+RANGE_V = 10.0
+"""The one that it has."""
 
 
 class NanoSettings(ReadoutSettings):
@@ -37,6 +39,13 @@ class NanoSettings(ReadoutSettings):
 
     def channel_names(self) -> tuple[str, ...]:
         return tuple(self.channels)
+
+    def range_of_channel_v(self, channel: str) -> float:  # noqa: ARG002  every input has the one range
+        return RANGE_V
+
+    @property
+    def integrates_nplc(self) -> float:
+        return self.nplc
 
     def reading_s(self, nplc: float | None = None) -> float:
         return (self.nplc if nplc is None else nplc) / MAINS_HZ + OVERHEAD_S
