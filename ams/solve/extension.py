@@ -302,23 +302,24 @@ def _replications_apart(
 class _Generalised:
     """Least squares for the covariance U = diag(variance/n_k) + G Gᵀ at any variance, by Woodbury's identity.
 
-    Everything is done on the ordinary fit's residuals, which are small, so that nothing cancels.
+    Everything is done on the ordinary fit's residuals, which are small, so that nothing cancels. The products of the
+    teeth are diagonal along their own directions, so that another variance is one more division.
     """
 
     ordinary: FloatArray
     """(p,)"""
     gram: FloatArray
-    """Weighted products of the columns [parameters | residual | teeth]."""
+    """(p + 1, p + 1) weighted products of the columns [parameters | residual]."""
+    teeth: FloatArray
+    """(t,) squares of the teeth along their directions."""
+    along_teeth: FloatArray
+    """(p + 1, t) products of the columns with these directions."""
 
     def at(self, variance: float) -> tuple[FloatArray, FloatArray, float]:
         """Estimate (p,), covariance (p, p) and χ² of the residuals."""
         p = self.ordinary.size
-        m = p + 1
-        gram = self.gram / variance
-        reduced = gram[:m, :m]
-        if gram.shape[0] > m:
-            inner = np.eye(gram.shape[0] - m) + gram[m:, m:]
-            reduced = reduced - gram[:m, m:] @ np.linalg.solve(inner, gram[m:, :m])
+        taken = self.along_teeth / (variance + self.teeth)
+        reduced = (self.gram - taken @ self.along_teeth.T) / variance
         covariance = np.asarray(np.linalg.inv(reduced[:p, :p]), dtype=float)
         change = covariance @ reduced[:p, p]
         chi_square = float(reduced[p, p] - reduced[p, :p] @ change)
@@ -329,7 +330,9 @@ def _generalised(joined: FloatArray, means: _PointMeans) -> _Generalised:
     q, r = orthogonal(joined)
     ordinary = np.asarray(np.linalg.solve(r, q.T @ means.output_v), dtype=float)
     columns = np.hstack([joined, (means.output_v - joined @ ordinary)[:, None], means.common])
-    return _Generalised(ordinary, columns.T @ (means.readings[:, None] * columns))
+    gram, m = columns.T @ (means.readings[:, None] * columns), ordinary.size + 1
+    squares, directions = np.linalg.eigh(gram[m:, m:])
+    return _Generalised(ordinary, gram[:m, :m], np.maximum(squares, 0.0), gram[:m, m:] @ directions)
 
 
 def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) -> float:
@@ -340,7 +343,7 @@ def _scatter_variance(generalised: _Generalised, precision_v2: float, dof: int) 
     p = generalised.ordinary.size
     upper = float(generalised.gram[p, p]) / dof
     lower = max(precision_v2, 1e-12 * upper, _TINY)
-    if generalised.gram.shape[0] == p + 1:  # without teeth χ² is in inverse proportion to the variance
+    if generalised.teeth.size == 0:  # without teeth χ² is in inverse proportion to the variance
         return max(lower, upper)
     if upper <= lower or generalised.at(lower)[2] <= dof:
         return lower
