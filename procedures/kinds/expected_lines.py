@@ -6,6 +6,7 @@ is a twin; at the bench nothing is guessed.
 
 from collections.abc import Iterable, Iterator
 
+from ams.models.registry import takes_levels
 from ams.units import printed
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
@@ -28,7 +29,10 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
-    remarks = [said.text for said in undeclared_references(rig, plan.sensors.values(), plan.axes)]
+    undeclared = undeclared_references(
+        rig, plan.sensors.values(), plan.axes, tells_directions=not takes_levels(plan.solve.model)
+    )
+    remarks = [said.text for said in undeclared]
     if plan.environment is None:
         remarks += use_remarks(rig, plan.solve, plan.sensors)
     return Forecast(

@@ -14,6 +14,7 @@ from ams.archive.lessons import past_lessons
 from procedures.delivery.deliver import deliver, solve_run
 from procedures.delivery.parts import DONE, NOT_DUE
 from procedures.errors import RequestError
+from procedures.kinds.read import read_procedure
 from procedures.kinds.registry import KINDS
 from procedures.solution.pilot import pilot_of, shown_in
 
@@ -104,6 +105,11 @@ def test_a_run_is_archived_whole_and_the_next_may_take_it_for_its_pilot(
     assert outcome.exit_status == 0, outcome.reason
     solved, url = solve_run(tmp_path / "run"), f"sqlite:///{tmp_path / 'archive.sqlite'}"
     assert not solved.failures
+    procedure = read_procedure(tmp_path / "procedure.toml")
+    foreseen = set(KINDS[case[0]].forecast(laid.rig, procedure, laid.plan).remarks)
+    for sensor in solved.sensors.values():
+        if sensor.calibration is not None:
+            assert foreseen <= {*sensor.calibration.remarks, *sensor.calibration.warnings}, "what a check tells"
     delivery = deliver(solved, url)
     assert not delivery.failures
     is_archived = case[0] != "static"
