@@ -23,7 +23,9 @@ from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, pars
 from ams.inputs.declared_direction import DeclaredDirection, nominal_of_unit
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
+from ams.models.drifting import with_time
 from ams.models.linear import fit_line
+from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.stated_findings import LEVELS_NOT_COUNTED
@@ -241,7 +243,9 @@ def _axis_document(axis: str, levels: Levels, calibration: Calibration, request:
     document["findings"] = findings_document(calibration.axes[axis])
     if any(estimate.value is not None for estimate in calibration.axes[axis].parameters):
         errors = request.shared_errors.get(axis, ())
-        document["budget"] = budget_document(axis_budget(calibration.axes[axis], errors, model=levels.model))
+        rows, model = levels.observations, levels.model
+        solved_by: Model = with_time(model, rows) if request.time_term else model
+        document["budget"] = budget_document(axis_budget(calibration.axes[axis], errors, model=solved_by))
     document["verdict"] = calibration.verdict
     document[f"standard_error_{measured}"] = solved["standard_error_v"]
     document[f"residuals_{measured}"] = calibration.axes[axis].residuals_v.tolist()

@@ -64,13 +64,6 @@ def _unknown_to_lines(solve: Solve) -> Iterator[tuple[tuple[str, ...], str]]:
             f"got {solve.temperature!r}, allowed 'none': a straight line of known levels has no term of temperature; "
             "hold the temperature and make a run of each, or solve by a model of the sensor",
         )
-    if solve.time_term != "none":
-        yield (
-            ("solve", "time_term"),
-            f"got {solve.time_term!r}, allowed 'none': a straight line of known levels has no drift with time; visit "
-            "the levels in an order that keeps an even one out, such as there and back, or solve by a model of the "
-            "sensor",
-        )
     if solve.extended != "no" and "extended" in solve.model_fields_set:
         yield (
             ("solve", "extended"),

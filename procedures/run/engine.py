@@ -354,7 +354,8 @@ class _Engine:
                 if str(error) != last_error:
                     self._progress_log.event(OPENED_ANEW, {"failed": str(error)})
                     self._progress_log.tell(OPENED_ANEW, str(error))
-                    self._context.explain()
+                    # Nothing is read back for the page: where axes were left is what they are held against later.
+                    explain(self._progress_log.folder, second_folder=self._context.services.second_folder)
                 last_error, pause_s = str(error), min(2.0 * pause_s, LONGEST_PAUSE_S)
                 continue
             self._progress_log.event(OPENED_ANEW, {"failed": ""})

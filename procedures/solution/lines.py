@@ -25,6 +25,7 @@ from ams.findings import Finding
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import COURSES, SharedError
+from ams.models.drifting import with_time
 from ams.models.field_line import FieldLine
 from ams.models.field_triad import FieldTriad, to_package
 from ams.models.model import Model
@@ -68,7 +69,8 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         solved = calibrate(line.rows, request)
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):
-            budgets[label] = axis_budget(axes[label], line.errors, model=line.model)
+            solved_by = with_time(line.model, line.rows) if request.time_term else line.model
+            budgets[label] = axis_budget(axes[label], line.errors, model=solved_by)
         warnings |= dict.fromkeys(solved.warnings)
     declared = {
         label: declared_in_package(item.sensor, label, line.rows.unit_of(label)) for label, line in lines.items()
@@ -123,6 +125,7 @@ def line_request(item: SensorRows, label: str, line: Line) -> CalibrationRequest
         shared_errors={label: line.errors},
         tested_axes=item.tested_axes,
         known_of_run=item.known_of_run,
+        time_term=item.plan.solve.time_term == "linear",
     )
 
 

@@ -209,7 +209,9 @@ def _ranges_too_small(file: TomlFile, rig: RigDescription) -> Iterable[str]:
     for serial, sensor in rig.sensors.items():
         for axis, channel in sensor.channels.items():
             readout, _, name = channel.partition(".")
-            range_v = rig.readouts[readout].range_of_channel_v(name) if readout in rig.readouts else None
+            settings = rig.readouts.get(readout)
+            is_known = settings is not None and name in settings.channel_names()  # it is told where it is not
+            range_v = settings.range_of_channel_v(name) if settings is not None and is_known else None
             if range_v is not None and OVER_RANGE * range_v < abs(sensor.nominal_v_per_g(axis)):
                 yield file.complaint(
                     ("readouts", readout, "channels", name, "range_v"),

@@ -16,7 +16,7 @@ EAST = timezone(timedelta(hours=1))
 ITS_OWN = {
     "procedures/queue/moments.py": "what is read, not told",
     "procedures/report/": "documents, in UTC alone",
-    "procedures/solution/by_model.py": "the zero of a term in time",
+    "procedures/solution/said_of_run.py": "the zero of a term in time",
 }
 """Where a time of day has another form, and why."""
 

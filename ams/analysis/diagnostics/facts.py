@@ -126,10 +126,9 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         else f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
         f"{'; an even drift is in the solution' if has_drift else ''}"
     )
-    in_solution = ", or take an even drift into the solution (--time-term linear; [solve] time_term)"
     what_to_do = (
-        "measure every replication to its end, in an order such as there-and-back"
-        f"{'' if evidence.rows.is_of_levels else in_solution}"
+        "measure every replication to its end, in an order such as there-and-back, or take an even drift into the "
+        "solution (--time-term linear; [solve] time_term)"
     )
     yield Finding(
         "time-confounded",
@@ -190,12 +189,10 @@ class Moved:
     """Standard, as stated."""
 
 
-def drift_in_parameters(
-    drift: EvenDrift, moved: Moved, unit: str, *, has_times: bool, is_of_levels: bool
-) -> Iterator[Finding]:
+def drift_in_parameters(drift: EvenDrift, moved: Moved, unit: str, *, has_times: bool) -> Iterator[Finding]:
     """Yield a finding where a drift that is plain moved a parameter by more than its standard uncertainty.
 
-    Without times the drift is one from row to row. ``is_of_levels``: a straight line, which has no term of time.
+    Without times the drift is one from row to row.
     """
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(moved.uncertainties > 0.0, np.abs(moved.by) / moved.uncertainties, 0.0)
@@ -215,12 +212,9 @@ def drift_in_parameters(
         f"the output drifts evenly through the run, by {signed_in_words(rate, unit)} {each}{taken}, and the order "
         f"of the points lets that into the estimate: {shown}; the stated uncertainties do not hold it"
     )
-    in_solution = (
-        f"{'' if has_times else 'give the column time_s, and then '}take the drift into the solution (--time-term "
-        "linear; [solve] time_term), or "
-    )
     what_to_do = (
-        f"{'' if is_of_levels else in_solution}measure in an order that lets less of it in (calrig check compares them)"
+        f"{'' if has_times else 'give the column time_s, and then '}take the drift into the solution (--time-term "
+        "linear; [solve] time_term), or measure in an order that lets less of it in (calrig check compares them)"
     )
     details: dict[str, float | str | None] = {
         "test": "drift in the parameters",

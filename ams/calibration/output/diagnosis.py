@@ -310,10 +310,8 @@ def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, 
     parameters, answer = solved.parameters, drift.slope * (estimator @ drift.seconds)
     by = parameters.directions[index][:, free] @ answer
     moved = Moved(parameters.names, by, parameters.standard_uncertainties[index])
-    rows, unit = evidence.rows, problem.models[index].measured_unit
-    yield from drift_in_parameters(
-        drift, moved, unit, has_times=rows.time_s is not None, is_of_levels=rows.is_of_levels
-    )
+    unit, has_times = problem.models[index].measured_unit, evidence.rows.time_s is not None
+    yield from drift_in_parameters(drift, moved, unit, has_times=has_times)
 
 
 def _some_drift(tests: AxisTests) -> bool:

@@ -83,7 +83,7 @@ def choose_model(label: str, rows: Observations, layout: Layout, request: Calibr
         DesignError: no such model, or terms that were asked for are not known, not estimable or do not exist for it.
     """
     if rows.is_of_levels:
-        _refuse_terms_of_lines(label, rows, request)
+        _refuse_temperature_of_lines(label, rows, request)
     choice = _with_extension(label, rows, layout, request, base_model(label, rows, request))
     if request.temperature != "none":
         model = _with_temperature(label, rows, request, choice.model)
@@ -91,15 +91,14 @@ def choose_model(label: str, rows: Observations, layout: Layout, request: Calibr
     return replace(choice, model=with_time(choice.model, rows)) if request.time_term else choice
 
 
-def _refuse_terms_of_lines(label: str, rows: Observations, request: CalibrationRequest) -> None:
-    """Refuse what no straight line of known levels is solved with. Raises: DesignError."""
-    if request.temperature == "none" and not request.time_term:
+def _refuse_temperature_of_lines(label: str, rows: Observations, request: CalibrationRequest) -> None:
+    """Refuse temperature beside a straight line of known levels. Raises: DesignError."""
+    if request.temperature == "none":
         return
-    term = f"temperature = {request.temperature!r}" if request.temperature != "none" else "a time term"
     raise DesignError(
-        f"{rows.source}: axis {label}: got {term}, and a straight line of known levels has no such term; nothing "
-        "was solved; leave it out, and hold the temperature or visit the levels in an order that keeps a drift out, or "
-        "solve by a model of the sensor"
+        f"{rows.source}: axis {label}: got temperature = {request.temperature!r}, and a straight line of known levels "
+        "has no term of it; nothing was solved; leave it out and hold the temperature, or solve by a model of the "
+        "sensor"
     )
 
 

@@ -32,7 +32,7 @@ def _over_time(test: BeliefTest, words: AxisWords) -> Said:
     return Said(
         f"the offset drifts with time by {words.scale.words(abs(test.size))} an hour, evenly from replication to "
         f"replication; {words.drift_is}",
-        "" if words.is_of_levels else "a time term in the solution ([solve] time_term) tells it",
+        "a time term in the solution ([solve] time_term) tells it",
     )
 
 
