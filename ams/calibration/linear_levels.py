@@ -17,19 +17,19 @@ from ams.analysis.diagnostics.declared.unlike_axes import with_unlike_axes
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import Document, to_document
 from ams.calibration.findings_document import budget_document, findings_document
+from ams.calibration.solving.model_choice import requested_model
 from ams.calibration_result import Calibration, SensorVerdict
 from ams.errors import DesignError, ObservationsError
 from ams.inputs.csv_table import PLAIN, CsvForm, CsvTable, labels, numbers, parse_csv, refuse_missing_columns
 from ams.inputs.declared_direction import DeclaredDirection, nominal_of_unit
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import SharedError
-from ams.models.drifting import with_time
 from ams.models.linear import fit_line
-from ams.models.model import Model
 from ams.models.straight_line import StraightLine
 from ams.observations import Observations
 from ams.sets.stated_findings import LEVELS_NOT_COUNTED
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
+from ams.solve.layout import layout_of
 
 SCALE, ZERO = "scale of the known levels", "zero of the known levels"
 """Names of what a reference may be wrong by; the places are those of its ``level_errors``."""
@@ -135,11 +135,14 @@ def _not_counted(axis: str, request: CalibrationRequest) -> tuple[str, ...]:
 
 
 def _calibrated(axis: str, levels: Levels, request: CalibrationRequest) -> Calibration:
-    model = levels.model
-    declared = {axis: _declared(axis, model, request)}
-    request = replace(request, nominal_axes={axis: axis}, models={axis: model}, declared=declared)
-    solved = calibrate(levels.observations, request)
+    solved = calibrate(levels.observations, _line_request(axis, levels, request))
     return replace(solved, warnings=(*solved.warnings, *_not_counted(axis, request)))
+
+
+def _line_request(axis: str, levels: Levels, request: CalibrationRequest) -> CalibrationRequest:
+    """Return what is asked of one axis."""
+    declared = {axis: _declared(axis, levels.model, request)}
+    return replace(request, nominal_axes={axis: axis}, models={axis: levels.model}, declared=declared)
 
 
 def _declared(axis: str, model: StraightLine, request: CalibrationRequest) -> DeclaredDirection:
@@ -243,8 +246,8 @@ def _axis_document(axis: str, levels: Levels, calibration: Calibration, request:
     document["findings"] = findings_document(calibration.axes[axis])
     if any(estimate.value is not None for estimate in calibration.axes[axis].parameters):
         errors = request.shared_errors.get(axis, ())
-        rows, model = levels.observations, levels.model
-        solved_by: Model = with_time(model, rows) if request.time_term else model
+        rows = levels.observations
+        solved_by = requested_model(axis, rows, layout_of(rows), _line_request(axis, levels, request))
         document["budget"] = budget_document(axis_budget(calibration.axes[axis], errors, model=solved_by))
     document["verdict"] = calibration.verdict
     document[f"standard_error_{measured}"] = solved["standard_error_v"]

@@ -3,9 +3,9 @@
 An axis stands a little otherwise each time it comes back to an index, or its encoder reads so; steps between indices
 are far larger. Sorted angles are cut at every gap above a limit; of all limits that one is taken which leaves the gaps
 widest beside the scatter of what stands together, which is no smaller than the steps that angles are read in have it:
-a dwell that was off stays with the index it is nearest to, or is
-one by itself, and changes nothing for the others. Where no gap is plain (the angles follow no grid, or one as fine as
-what is read back), only angles that are equal but for rounding are one index.
+a dwell that was off stays with the index it is nearest to, or is one by itself, and changes nothing for the others.
+Where no gap is plain (the angles follow no grid, or one as fine as what is read back), only angles that are equal but
+for rounding are one index.
 """
 
 from typing import Final

@@ -19,13 +19,13 @@ from ams.arrays import FloatArray
 from ams.calibration.calibrate import calibrate
 from ams.calibration.document import to_document
 from ams.calibration.findings_document import budget_document, findings_document
+from ams.calibration.solving.model_choice import requested_model
 from ams.calibration_result import AxisCalibration, Calibration
 from ams.errors import DesignError
 from ams.findings import Finding
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.request import CalibrationRequest
 from ams.inputs.shared_errors import COURSES, SharedError
-from ams.models.drifting import with_time
 from ams.models.field_line import FieldLine
 from ams.models.field_triad import FieldTriad, to_package
 from ams.models.model import Model
@@ -69,7 +69,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         solved = calibrate(line.rows, request)
         axes[label] = solved.axes[label]
         if any(estimate.value is not None for estimate in axes[label].parameters):
-            solved_by = with_time(line.model, line.rows) if request.time_term else line.model
+            solved_by = requested_model(label, line.rows, layout_of(line.rows), request)
             budgets[label] = axis_budget(axes[label], line.errors, model=solved_by)
         warnings |= dict.fromkeys(solved.warnings)
     declared = {

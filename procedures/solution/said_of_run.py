@@ -54,7 +54,7 @@ def said_of_run(
     its axes lie, which a straight line does not tell.
     """
     rig, sensor, plan = item.rig, item.sensor, item.plan
-    # A tilted base does not turn what sensors of rates sense, nor the field of a coil that stands on it.
+    # A tilted base does not turn what sensors of rates sense.
     is_levelled, turned = sensor.measures == "acceleration", plan.axes
     undeclared = Undeclared(
         level_remarks(rig) if is_levelled else (),

@@ -14,7 +14,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.declared.declared_axis import KIND, component_indices
 from ams.calibration_result import AxisCalibration
-from ams.findings import UNLIKE_SIZE, Finding, leaves_nothing, significant_texts
+from ams.findings import UNLIKE_SIZE, Finding, leaves_nothing
 from ams.inputs.declared_direction import DeclaredDirection
 from ams.rounding import significant
 from ams.units import label_and_unit
@@ -37,7 +37,7 @@ def with_unlike_axes(
 
 
 def _with(axis: AxisCalibration, finding: Finding) -> AxisCalibration:
-    return replace(axis, findings=(*axis.findings, finding), warnings=(*axis.warnings, *significant_texts([finding])))
+    return replace(axis, findings=(*axis.findings, finding), warnings=(*axis.warnings, finding.text))
 
 
 def _unlike(
