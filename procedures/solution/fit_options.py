@@ -8,11 +8,11 @@ from types import MappingProxyType
 from typing import Final
 
 from ams.calibration.linear_levels import scale_error, zero_error
+from ams.frames import ANGLES
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import names_by_option, senses_rates, takes_levels
 from procedures.errors import RequestError
-from procedures.solution.fitted import direction_errors, rate_error
-from procedures.solution.type_b import g_sensitivity_error
+from procedures.solution.type_b import direction_error, g_sensitivity_error
 
 Option = Callable[[str], str]
 """From the name of an option, such as ``calibrated_on``, to how the caller is told of it."""
@@ -30,10 +30,20 @@ class StatedError:
     """Whether a name of a model takes the option."""
 
 
+def _rate_error(uncertainty_ppm: float) -> SharedError:
+    """Return the one error of all rates of a table, as a relative standard uncertainty states it."""
+    return SharedError("rate of the table", "rate", 1e-6 * uncertainty_ppm, stated=f"u {uncertainty_ppm:g} ppm")
+
+
+def _direction_errors(u_arcsec: float) -> tuple[SharedError, ...]:
+    """Return how far the axes of a table lean, each by itself, as one standard uncertainty of all of them states it."""
+    return tuple(direction_error(axis, u_arcsec, f"u {u_arcsec:g}″ to either side") for axis in ANGLES)
+
+
 STATED: Final[Mapping[str, StatedError]] = MappingProxyType(
     {
-        "rate_uncertainty_ppm": StatedError(1e5, "ppm", lambda u: (rate_error(u),), senses_rates),
-        "direction_uncertainty_arcsec": StatedError(3.6e4, "″", direction_errors, senses_rates),
+        "rate_uncertainty_ppm": StatedError(1e5, "ppm", lambda u: (_rate_error(u),), senses_rates),
+        "direction_uncertainty_arcsec": StatedError(3.6e4, "″", _direction_errors, senses_rates),
         "largest_g_sensitivity_dps_per_g": StatedError(
             10.0, "°/s per g", lambda limit: (g_sensitivity_error(limit),), senses_rates
         ),

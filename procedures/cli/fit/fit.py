@@ -39,7 +39,8 @@ from procedures.solution.fit_options import (
     on_command_line,
     refuse_reference_temperature,
 )
-from procedures.solution.fitted import errors_of_file, fitted, named_sensor, require_sensor, sensor_of
+from procedures.solution.fitted import fitted
+from procedures.solution.sensor_of_file import errors_of_file, named_sensor, require_sensor, sensor_of
 from procedures.solution.type_b import on_table
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day

@@ -1,35 +1,28 @@
 """``calrig fit --joint``: package and table in one fit, under what the rig and the operator state of the table."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
-from ams.arrays import FloatArray
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.calibration.jointly import solve_jointly, with_level
 from ams.calibration_result import with_findings
 from ams.inputs.copied_replications import refuse_copies
 from ams.inputs.csv_table import CsvForm
 from ams.inputs.possible_outputs import refuse_impossible_outputs, refuse_overloads
-from ams.inputs.reading_times import clock_warnings
 from ams.inputs.request import CalibrationRequest
-from ams.solve.table_errors import Mounting, TablePriors
+from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import crosstalk_remarks, gravity_remarks, meter_remarks, temperature_remarks
 from procedures.solution.crosstalk import with_scanned_volts
-from procedures.solution.declared_temperature import temperature_warnings
-from procedures.solution.fitted import sensor_of, sensor_warnings, use_degc_of
-from procedures.solution.level_of_base import level_remarks, level_warnings
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
-from procedures.solution.temperature_of_use import at_use, warnings_of_use
-from procedures.solution.type_b import gravity_warnings, table_uncertainty
-from procedures.solution.undeclared import Undeclared
+from procedures.solution.said_of_file import recorded_temperatures, said_of_file
+from procedures.solution.sensor_of_file import sensor_of
+from procedures.solution.temperature_of_use import at_use
+from procedures.solution.type_b import table_uncertainty
 from rig.description.rig_file import RigDescription
 
 PRIORS = {
@@ -62,46 +55,27 @@ def joint(
 
     ``doubts``: of the rig's standards on the day of the readings. Raises: ams.errors.AmsError.
     """
-    mountings = read_mountings(file, columns, mount, form)
+    mountings, measured = read_mountings(file, columns, mount, form), sensor_of(rig, sensor)
     for mounting in mountings:
         refuse_copies(mounting.observations)
         refuse_overloads(mounting.observations, columns)
-        refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, sensor_of(rig, sensor)))
+        refuse_impossible_outputs(mounting.observations, columns, meter_reach(rig, measured))
     given = {PRIORS[name]: value * RAD_PER_ARCSEC for name, value in priors.items()}
-    measured = sensor_of(rig, sensor)
     mountings = [
         replace(mounting, observations=with_scanned_volts(mounting.observations, rig, measured))
         for mounting in mountings
     ]
-    recorded_degc = _recorded_degc(mountings)
-    request = at_use(request, measured, recorded_degc)
+    rows = [mounting.observations for mounting in mountings]
+    request = at_use(request, measured, recorded_temperatures(rows))
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    of_temperature = temperature_warnings(mountings[0].observations, rig, measured)
-    of_rig = (*level_warnings(rig), *gravity_warnings(rig, None), *doubts, *of_temperature)
-    of_rig += sensor_warnings(rig, sensor)
-    of_rig += warnings_of_use(measured, request.temperature, recorded_degc)
-    of_rig += tuple(text for mounting in mountings for text in clock_warnings(mounting.observations))
-    undeclared = Undeclared(
-        () if set(priors) >= _TILTS else level_remarks(rig),
-        meter_remarks(rig, measured),
-        gravity=gravity_remarks(rig, senses_gravity=True),
-        crosstalk=crosstalk_remarks(rig, measured),
-    )
-    remarks = (*undeclared.remarks, *temperature_remarks(mountings[0].observations, use_degc_of(measured)))
-    calibration = joint_calibration(found, diagnosis, of_rig, remarks)
+    said = said_of_file(rows, columns, request, rig, sensor, stands_level=set(priors) >= _TILTS)
+    calibration = joint_calibration(found, diagnosis, (*doubts, *said.warnings), said.remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
-    solved = with_findings(calibration, undeclared.findings)
+    solved = with_findings(calibration, said.undeclared.findings)
     if wish is not None:
-        rows = sum(mounting.observations.rows for mounting in mountings)
-        write_set(wish, mountings[0].observations, solved, rows)
+        write_set(wish, rows[0], solved, sum(mounting.rows for mounting in rows))
     return {**joint_document(found, solved, budgets), "model": "pitch-roll", "convention": "TP"}
-
-
-def _recorded_degc(mountings: Sequence[Mounting]) -> FloatArray | None:
-    """Return the temperatures of all rows; None where the file has none."""
-    read = [rows for mounting in mountings if (rows := mounting.observations.temperature_degc) is not None]
-    return np.concatenate(read) if read else None
 
 
 def check_joint(request: CalibrationRequest, rig: RigDescription | None) -> RigDescription:

@@ -24,9 +24,9 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.kinds.planner import make_plan
 from procedures.kinds.registry import KINDS
 from procedures.kinds.solve import solve_record
-from procedures.solution.fitted import rate_remarks
 from procedures.solution.provenance import provenance_of
 from procedures.solution.record import read_record
+from procedures.solution.said_of_file import rate_remarks
 
 AGAIN = """
 from dataclasses import replace

@@ -291,3 +291,27 @@ def test_a_dead_axis_has_nulls_in_the_document_of_a_joint_fit(
     unknown = [name for name, entry in document["axes"]["y"]["parameters"].items() if entry["value"] is None]
     assert unknown, "coning and azimuth of nothing"
     assert all(document["axes"]["y"]["parameters"][name]["standard_uncertainty"] is None for name in unknown)
+
+
+def test_a_joint_fit_says_of_rows_and_rig_what_the_plain_fit_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Angles in radians, on a table that the rig file states to be exact: the joint fit was silent of both."""
+    file = write_mounts(tmp_path / "rows.csv", ("upright",), 0.0)
+    head, *rows = (line.split(",") for line in file.read_text(encoding="utf-8").splitlines())
+    angles = [head.index("pitch_deg"), head.index("roll_deg")]
+    for row in rows:
+        for column in angles:
+            row[column] = repr(float(np.radians(float(row[column]))))
+    file.write_text("\n".join(",".join(row) for row in (head, *rows)) + "\n", encoding="utf-8")
+    rig = rig_with(tmp_path, 2e-6, "")
+    exact = "".join(
+        line for line in rig.read_text(encoding="utf-8").splitlines(keepends=True) if "uncertainty_arcsec" not in line
+    )
+    rig.write_text(exact, encoding="utf-8")
+    said = ("fit", file, *AXES, "--rig", rig, "--sensor", "SN1047")
+    plain, joint = (call(capsys, *said, *option, "--json").document for option in ((), ("--joint",)))
+    for axis, section in plain["axes"].items():
+        of_rows = {text for text in section["warnings"] if "radians?" in text or "states 0 of them" in text}
+        assert len(of_rows) == 2
+        assert of_rows <= set(joint["axes"][axis]["warnings"])
