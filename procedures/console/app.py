@@ -37,10 +37,7 @@ from procedures.console.watched_run import RunPage
 from procedures.console.withdrawn_sets import withdrawn_sentence
 from procedures.console.withheld import withheld_sentence
 from procedures.errors import ProcedureError
-from procedures.journal.sidecar.live import read_live
-from procedures.journal.status.metrics import RunFigures, metrics_text
-from procedures.journal.status.standing import progress_of
-from procedures.journal.status.status import status
+from procedures.journal.status.metrics import figures_of, metrics_text
 from rig.local_time import local_day
 
 MOST_NAMED = 12
@@ -220,17 +217,7 @@ class _Pages:
         return PlainTextResponse(await run_sync(self._metrics), media_type="text/plain; version=0.0.4")
 
     def _metrics(self) -> str:
-        return metrics_text(
-            RunFigures(
-                run.path.name,
-                progress_of("state", status(run.path)),
-                read_live(run.path),
-                run.is_alive,
-                len(run.damaged),
-            )
-            for run in self._console.listed()
-            if not run.trouble
-        )
+        return metrics_text(figures_of(self._console.listed()))
 
     async def healthz(self, request: Request) -> Response:
         return PlainTextResponse("ok\n")

@@ -14,7 +14,7 @@ from procedures.errors import ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.sidecar.verdict_file import hindered_in, read_verdict
 from procedures.journal.status.run_list import ListedRun
-from procedures.journal.status.stop_advice import StopNumbers, held_before, next_step, numbers_of, of_damage
+from procedures.journal.status.stop_advice import held_before, next_step, numbers_of, of_damage
 from procedures.journal.taken_away import is_taken_away
 from procedures.records.dwells import Event
 from procedures.records.states import GOING, State, is_unasked, state_sentence
@@ -132,21 +132,21 @@ def _night_run(run: ListedRun, item: int | None, gone: str) -> NightRun:
             if is_taken_away(run.path)
             else f"its journal cannot be read: {run.trouble}; calrig salvage {shlex.quote(str(run.path.absolute()))}",
         )
-    try:
-        with JournalReader.open(run.path) as reader:
-            states = list(reader.events("state"))
-            numbers = numbers_of(str(run.path.absolute()), reader.events(), reader.dwells(with_samples=False))
-    except ProcedureError as error:
-        return NightRun(run, (), "", "", str(error))
     verdict = read_verdict(run.path, run.state) or {}
     if verdict and gone:
         verdict = {**verdict, "sentence": gone, "trust": "unusable"}
+    try:
+        with JournalReader.open(run.path) as reader:
+            states = list(reader.events("state"))
+            to_do = damage_words(run) if run.damaged else _to_do(reader, run.state, states, verdict)
+    except ProcedureError as error:
+        return NightRun(run, (), "", "", str(error))
     return NightRun(
         run,
         tuple(_stops(states)),
         str(verdict.get("sentence", "")),
         str(verdict.get("trust", "")),
-        damage_words(run) if run.damaged else _to_do(run.state, states, numbers, verdict),
+        to_do,
         item,
     )
 
@@ -171,14 +171,14 @@ def _stops(states: list[Event]) -> Iterable[Stop]:
         yield Stop(event.utc, state, state_sentence(str(event.detail.get("reason", "")), by), lasted_s)
 
 
-def _to_do(state: State, states: Sequence[Event], numbers: StopNumbers, verdict: Mapping[str, object]) -> str:
+def _to_do(reader: JournalReader, state: State, states: Sequence[Event], verdict: Mapping[str, object]) -> str:
     """Return what a person must do; empty where a run goes on, has its result or was closed."""
     if state is State.FINISHED:
         return hindered_in(verdict)
-    cause = str(states[-1].detail.get("cause", ""))
-    return (
-        "" if state in (*GOING, State.PLANNED, State.CLOSED) else next_step(state, cause, numbers, held_before(states))
-    )
+    if state in (*GOING, State.PLANNED, State.CLOSED):
+        return ""  # what a command has to name is found out of the whole journal, which a run that goes on needs not
+    numbers = numbers_of(str(reader.path.parent.absolute()), reader.events(), reader.dwells(with_samples=False))
+    return next_step(state, str(states[-1].detail.get("cause", "")), numbers, held_before(states))
 
 
 def needs_a_person(page: RunPage) -> bool:

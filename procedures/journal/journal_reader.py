@@ -6,11 +6,13 @@ from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from procedures.errors import JournalError
+from procedures.journal.damage import Damage, DamageSearch, is_whole, key_in, name_of, promise
 from procedures.journal.encoding import decode_dwell, decode_event, hash_dwell, is_event_whole
 from procedures.journal.header import RunHeader, sha256
 from procedures.journal.lost_events import LOST, first_unanswered
@@ -47,22 +49,6 @@ _SALVAGE = "calrig salvage takes the rest into a new folder, where a resume meas
 
 AFTERTHOUGHTS = ("note", "ack")
 """What people write when the run has ended."""
-
-
-class Damage(NamedTuple):
-    """What of a journal is not as it was written, by name."""
-
-    events: tuple[str, ...]
-    dwells: tuple[str, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return (*self.events, *self.dwells)
-
-    @property
-    def in_words(self) -> tuple[str, ...]:
-        """Each as a phrase that a sentence goes on with."""
-        return (*self.events, *(f"the dwell of {name}" for name in self.dwells))
 
 
 class JournalReader:
@@ -169,34 +155,39 @@ class JournalReader:
 
     def damage(self) -> Damage:
         """Return which events and dwells are not as they were written, or are not there any more; none is fine."""
-        last = self.last_event("dwell")  # asked first: a run that goes on commits others meanwhile
-        rows = {_key(*row[1:4]): row[-1] if _is_as_filed(row) else None for row in self._dwell_rows()}
-        changed, telling = self._walked()
-        digests = _promised(event for event in telling if last is None or not _is_behind(event, last))
-        dwells = [key for key, digest in rows.items() if digest is None or digest != digests.get(key, digest)]
-        gone = sorted(digests.keys() - rows.keys())
-        return Damage(tuple(changed), tuple(_name(*key) for key in (*dwells, *gone)))
+        search = self.new_search()
+        self.read_on(search)
+        return search.damage
 
-    def _walked(self) -> tuple[list[str], list[Event]]:
-        """Walk the chain to its end, over what is damaged: return that by name, and the events that tell of dwells."""
-        previous, expected = self._single_row("SELECT sha256 FROM header")[0], 1  # type: ignore[index]
-        changed: list[str] = []
-        telling: list[Event] = []
-        for row in self._rows(_EVENTS):
-            sequence, *_, kind, _, digest = row
-            changed += [f"event {missing} (missing)" for missing in range(expected, sequence)]
-            if sequence == expected and kind != LOST and not is_event_whole(previous, *row):
-                changed.append(f"event {sequence} ({kind})")
-            elif kind in ("dwell", QUARANTINED, LOST):
-                telling.append(self._event(row))
-            previous, expected = digest, sequence + 1
-        if (gap := first_unanswered(telling)) is not None:
-            changed.append(f"event {gap.sequence} ({LOST})")
-        return changed, telling
+    def new_search(self) -> DamageSearch:
+        """Return a search for damage that has read nothing yet."""
+        return DamageSearch(self._single_row("SELECT sha256 FROM header")[0])  # type: ignore[index]
+
+    def read_on(self, search: DamageSearch, at_most: int | None = None) -> None:
+        """Take what stands behind what was taken, to the end or so many events and as many dwells.
+
+        Raises: JournalError where a whole event cannot be read.
+        """
+        # Events first: a run that goes on commits others meanwhile, and every dwell that an event tells of is there.
+        for row in islice(self._rows(_EVENTS, (), search.sequence), at_most):
+            try:
+                search.take_event(row)
+            except (ValueError, TypeError):
+                raise self._changed_event(int(row[0]), str(row[3])) from None
+        for row in islice(self._dwell_rows(search.number), at_most):
+            search.take_dwell(row)
+
+    def holds_end_of(self, search: DamageSearch) -> bool:
+        """Return whether this is the journal that was searched, as far as header and newest rows tell."""
+        event = self._single_row("SELECT sha256 FROM events WHERE sequence = ?", (search.sequence,))
+        dwell = self._single_row("SELECT CAST(sha256 AS BLOB) FROM dwells WHERE number = ?", (search.number,))
+        return event == (search.event_sha256,) and (
+            dwell == (search.dwell_sha256.encode(),) if search.number else dwell is None
+        )
 
     def quarantined(self) -> tuple[str, ...]:
         """Dwells that were left out when the journal was salvaged, by name."""
-        return tuple(_name(*key) for event in self.events(QUARANTINED) for key in keys_in(event))
+        return tuple(name_of(key) for event in self.events(QUARANTINED) for key in keys_in(event))
 
     def state(self) -> State:
         """Return the state as last written.
@@ -216,7 +207,7 @@ class JournalReader:
         voided = voided_in(self.events(VOIDED))
         with storage_errors_of(self.path):
             rows = self._connection.execute("SELECT step, attempt, epoch FROM dwells WHERE accepted = 1").fetchall()
-        return {key[0] for row in rows if (key := _key(*row)) not in voided}
+        return {key[0] for row in rows if (key := key_in(row)) not in voided}
 
     def verify(self) -> None:
         """Check the file, the chain of events and the SHA-256 of every dwell. Raises: JournalError naming the first
@@ -300,7 +291,7 @@ class JournalReader:
     def _verify_dwells(self, digests: Mapping[Key, str], voided: Mapping[Key, str]) -> Iterator[DwellRecord]:
         found = 0
         for _, step, attempt, epoch, accepted, text, samples, digest in self._dwell_rows():
-            name = f"{self.path}: the dwell of {_name(step, attempt, epoch)}"
+            name = f"{self.path}: the dwell of {name_of((step, attempt, epoch))}"
             if hash_dwell(text, samples) != digest or digests.get((step, attempt, epoch)) != digest:
                 raise JournalError(f"{name} is not as it was written (SHA-256 differs); {_LEFT}; {_SALVAGE}")
             record = decode_dwell(text, samples, digest, self._units)
@@ -317,15 +308,15 @@ class JournalReader:
         Raises: JournalError where it cannot be read, and its samples are not asked for.
         """
         *_, text, samples, digest = row
-        taken_back = voided.get(_key(*row[1:4]))
-        if with_samples and not _is_whole(row):
+        taken_back = voided.get(key_in(row[1:4]))
+        if with_samples and not is_whole(row):
             taken_back = "quarantined: it is not as it was written (SHA-256 differs)"
         try:
             dwell = decode_dwell(text, samples, digest, self._units)
         except JournalError as error:
             if with_samples:
                 return None
-            name = f"{self.path}: the dwell of {_name(*row[1:4])}"
+            name = f"{self.path}: the dwell of {name_of(key_in(row[1:4]))}"
             raise JournalError(f"{name} is not as it was written: {error}; {_LEFT}; {_SALVAGE}") from None
         return _as_corrected(dwell, taken_back)
 
@@ -350,49 +341,16 @@ class JournalReader:
             return row
 
 
-def _key(*parts: object) -> Key:
-    step, attempt, epoch = (int(str(part)) for part in parts)
-    return step, attempt, epoch
-
-
-def _name(step: int, attempt: int, epoch: int) -> str:
-    return f"step {step}, attempt {attempt}, epoch {epoch}"
-
-
 def _promised(events: Iterable[Event]) -> dict[Key, str]:
     """Return the SHA-256 of every dwell that was committed, but for those that a salvage left out."""
     digests: dict[Key, str] = {}
     for event in events:
-        if event.kind == "dwell":
-            dwell = event.detail
-            digests[_key(dwell["step"], dwell["attempt"], dwell["epoch"])] = str(dwell["sha256"])
-        for key in keys_in(event) if event.kind == QUARANTINED else ():
-            digests.pop(key, None)
+        promise(digests, event)
     return digests
-
-
-def _is_behind(event: Event, last: Event) -> bool:
-    """Return whether an event tells of a dwell that was committed after the last one that is looked at."""
-    return event.kind == "dwell" and event.sequence > last.sequence
 
 
 def _is_finish(detail: str) -> bool:
     return bool(json.loads(detail).get("to") == State.FINISHED)
-
-
-def _is_whole(row: tuple[Any, ...]) -> bool:
-    *_, text, samples, digest = row
-    return bool(hash_dwell(text, samples) == digest)
-
-
-def _is_as_filed(row: tuple[Any, ...]) -> bool:
-    """Return whether a dwell is whole and stands under its key and acceptance: its SHA-256 covers neither column."""
-    _, step, attempt, epoch, accepted, text, *_ = row
-    if not _is_whole(row):
-        return False
-    record = json.loads(text)
-    filed = (record["step"], record["attempt"], record["epoch"], record["accepted"])
-    return bool(filed == (step, attempt, epoch, bool(accepted)))
 
 
 def _as_corrected(dwell: DwellRecord, taken_back: str | None) -> DwellRecord:

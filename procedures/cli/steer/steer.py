@@ -30,7 +30,7 @@ from procedures.journal.sidecar.live import Live, live_document, read_live
 from procedures.journal.sidecar.second_folder import second_folder
 from procedures.journal.sidecar.unwritten import unwritten_sentence
 from procedures.journal.sidecar.verdict_file import read_verdict
-from procedures.journal.status.metrics import RunFigures, metrics_text
+from procedures.journal.status.metrics import figures_of, metrics_text
 from procedures.journal.status.run_list import ListedRun, RunList
 from procedures.journal.status.standing import RunStatus, progress_of
 from procedures.journal.status.standing_words import rows_of
@@ -62,7 +62,7 @@ def status(
     if all_:
         return _list(out, json=json)
     if metrics:
-        say(metrics_text(_figures(out)).rstrip("\n"))
+        say(metrics_text(figures_of(RunList(out, verifies=True).read())).rstrip("\n"))
         return ExitStatus.DONE
     folder = alive_or_latest(run, out)
     found, live = _with_last_words(look(folder), folder), read_live(folder)
@@ -210,13 +210,6 @@ def _list(runs: Path, *, json: bool) -> ExitStatus:
     for line in _lines(listed):
         say(line)
     return answer
-
-
-def _figures(runs: Path) -> Iterable[RunFigures]:
-    for run in RunList(runs, verifies=True).read():
-        if not run.trouble:
-            progress, live = progress_of("state", look(run.path)), read_live(run.path)
-            yield RunFigures(run.path.name, progress, live, run.is_alive, len(run.damaged))
 
 
 def _lines(listed: Iterable[ListedRun]) -> Iterable[str]:

@@ -3,7 +3,9 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from procedures.journal.sidecar.live import Live
+from procedures.journal.sidecar.live import Live, read_live
+from procedures.journal.status.run_list import ListedRun
+from procedures.journal.status.standing import progress_of
 from procedures.records.progress import Progress
 from procedures.records.states import State
 
@@ -28,11 +30,20 @@ class RunFigures:
 
     run: str
     """Name of its folder."""
-    progress: Progress
+    progress: Progress | None
+    """None where its journal is so damaged that nobody can tell."""
     live: Live | None
     is_alive: bool
     damaged: int | None
     """Events and dwells that are not as they were written; None where the journal was not verified for this."""
+
+
+def figures_of(listed: Iterable[ListedRun]) -> Iterator[RunFigures]:
+    """Return every run of a list that verifies, but for those whose journal cannot be read."""
+    for run in listed:
+        if not run.trouble:
+            progress = None if run.status is None else progress_of("state", run.status)
+            yield RunFigures(run.path.name, progress, read_live(run.path), run.is_alive, len(run.damaged))
 
 
 def metrics_text(runs: Iterable[RunFigures]) -> str:
@@ -49,16 +60,17 @@ def metrics_text(runs: Iterable[RunFigures]) -> str:
 
 def _samples(run: RunFigures) -> Iterator[Sample]:
     progress, live, name = run.progress, run.live, {"run": run.run}
-    for state in State:
-        yield "calrig_run_state", {**name, "state": state}, float(state is progress.state)
     yield "calrig_run_alive", name, float(run.is_alive)
-    yield "calrig_run_dwells_done", name, progress.dwells_done
-    yield "calrig_run_dwells_planned", name, progress.dwells_planned
-    yield "calrig_run_dwells_rejected", name, progress.rejected
     if run.damaged is not None:
         yield "calrig_run_damaged", name, run.damaged
-    if progress.eta_utc is not None:
-        yield "calrig_run_end_timestamp_seconds", name, progress.eta_utc.timestamp()
+    if progress is not None:
+        for state in State:
+            yield "calrig_run_state", {**name, "state": state}, float(state is progress.state)
+        yield "calrig_run_dwells_done", name, progress.dwells_done
+        yield "calrig_run_dwells_planned", name, progress.dwells_planned
+        yield "calrig_run_dwells_rejected", name, progress.rejected
+        if progress.eta_utc is not None:
+            yield "calrig_run_end_timestamp_seconds", name, progress.eta_utc.timestamp()
     if live is None:
         return
     if live.written_utc is not None:

@@ -16,7 +16,8 @@ from typing import Any
 from procedures.errors import ExitStatus, JournalTakenAway, ProcedureError
 from procedures.journal.journal_reader import JournalReader
 from procedures.journal.sidecar.owner import is_owned
-from procedures.journal.status.standing import derived_state
+from procedures.journal.status.standing import RunStatus, derived_state
+from procedures.journal.status.verified_so_far import VerifiedSoFar
 from procedures.journal.storage import JOURNAL_FILE, CommittedCount
 from procedures.journal.taken_away import is_taken_away, require_not_taken_away
 from procedures.journal.time_stamps import SETTLED_NS
@@ -51,6 +52,8 @@ class ListedRun:
     """Events and dwells that are not as they were written, by name; empty where the list does not verify."""
     exit_status: ExitStatus = ExitStatus.DONE
     """What ``calrig status`` of it ends with: of a journal that cannot be read, that of the refusal."""
+    status: RunStatus | None = None
+    """Where it stands; None where the list does not verify, or nobody can tell."""
 
     def to_document(self) -> dict[str, Any]:
         """Return the entry as it stands in ``calrig status --all --json``."""
@@ -75,6 +78,8 @@ class _Seen:
     fingerprint: Fingerprint
     written: State | None
     listed: ListedRun
+    so_far: VerifiedSoFar | None = None
+    """Of a run that lives, in a list that verifies."""
 
 
 class RunList:
@@ -83,18 +88,22 @@ class RunList:
     def __init__(self, folder: Path, clock: Clock | None = None, *, verifies: bool = False) -> None:
         """Look at a folder; ``verifies``: every journal that is read, event by event and dwell by dwell.
 
-        Bytes that change on the disk later, under the same time of modification, are seen by the next list.
+        Of a run that a living process runs, and which sees itself to what others write, only what was committed since
+        the look before is verified at once (:class:`VerifiedSoFar`), and the whole when that process has ended. Bytes
+        that change on the disk later, under the same time of modification, are seen by the next list.
         """
         self.folder = folder
         self._verifies = verifies
         self._clock = clock or SystemClock()
         self._seen: Mapping[Path, _Seen] = {}
+        self._growing: Mapping[Path, VerifiedSoFar] = {}
 
     def read(self) -> tuple[ListedRun, ...]:
         """Return every run as it stands now, the latest start first; those that cannot be read come last."""
         found: dict[Path, _Seen] = {}
         listed = [run for path in self.paths() if (run := self._listed(path, found)) is not None]
         self._seen = {path: seen for path, seen in found.items() if seen.written is not None and self._is_settled(seen)}
+        self._growing = {path: seen.so_far for path, seen in found.items() if seen.so_far is not None}
         return tuple(sorted(listed, key=_latest_first))
 
     def latest(self) -> tuple[ListedRun | None, tuple[ListedRun, ...]]:
@@ -120,8 +129,8 @@ class RunList:
             is_alive = is_owned(path)  # asked first: what a dying owner wrote last is then read below
             fingerprint = _fingerprint(path)
             known = self._seen.get(path)
-            if known is None or known.fingerprint != fingerprint:
-                known = _read(path, fingerprint, verifies=self._verifies)
+            if known is None or known.fingerprint != fingerprint or self._tells_otherwise(known, is_alive=is_alive):
+                known = self._read(path, fingerprint, is_alive=is_alive)
             found[path] = known
         except FileNotFoundError:
             return None  # removed meanwhile
@@ -133,6 +142,38 @@ class RunList:
             trouble = f"{error.filename}: {error.strerror}{whose}"
             return _unreadable(path, None, trouble, ExitStatus.FAILED)
         return _as_it_stands(known, is_alive=is_alive)
+
+    def _tells_otherwise(self, known: _Seen, *, is_alive: bool) -> bool:
+        """Return whether what a verifying list told of a run was of one that lived, and it does not, or vice versa."""
+        return self._verifies and known.listed.is_alive != is_alive
+
+    def _read(self, path: Path, fingerprint: Fingerprint, *, is_alive: bool) -> _Seen:
+        so_far, status, damaged = None, None, tuple[str, ...]()
+        try:
+            with JournalReader.open(path) as reader:
+                header, written = reader.header, reader.state()
+                if self._verifies:
+                    so_far = self._verified(path, reader, is_alive=is_alive)
+                    damaged, design = so_far.look(reader).names, so_far.design_steps
+                    status = so_far.status(is_alive=is_alive)
+                else:
+                    design = frozenset(dwell.step for dwell in header.plan.design_dwells)
+                done = len(reader.accepted_steps() & design)
+        except (ProcedureError, LookupError, TypeError, ValueError) as error:
+            answer = error.exit_status if isinstance(error, ProcedureError) else ExitStatus.WRONG_REQUEST
+            return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), answer))
+        listed = ListedRun(
+            path, header.title, written, header.created_utc, done, len(design), is_alive, _modified_utc(fingerprint),
+            damaged=damaged,
+            exit_status=ExitStatus.WRONG_REQUEST if damaged else ExitStatus.DONE,
+            status=status,
+        )  # fmt: skip
+        return _Seen(fingerprint, written, listed, so_far if is_alive else None)
+
+    def _verified(self, path: Path, reader: JournalReader, *, is_alive: bool) -> VerifiedSoFar:
+        """Return what was verified of a journal while its run lived, or that nothing was."""
+        before = self._growing.get(path) if is_alive else None
+        return before if before is not None and before.is_continued_by(reader) else VerifiedSoFar(reader)
 
     def alive(self) -> tuple[Path, ...]:
         """Return the runs that a living process runs; no journal is opened for this."""
@@ -165,24 +206,6 @@ def _begun_s(path: Path) -> float:
             return reader.header.created_utc.timestamp()
     except (ProcedureError, OSError, LookupError, TypeError, ValueError):
         return inf
-
-
-def _read(path: Path, fingerprint: Fingerprint, *, verifies: bool) -> _Seen:
-    try:
-        with JournalReader.open(path) as reader:
-            header, plan = reader.header, reader.header.plan
-            planned = {dwell.step for dwell in plan.design_dwells}
-            written, done = reader.state(), len(reader.accepted_steps() & planned)
-            damaged = reader.damage().names if verifies else ()
-    except (ProcedureError, LookupError, TypeError, ValueError) as error:
-        answer = error.exit_status if isinstance(error, ProcedureError) else ExitStatus.WRONG_REQUEST
-        return _Seen(fingerprint, None, _unreadable(path, fingerprint, str(error), answer))
-    modified_utc = _modified_utc(fingerprint)
-    listed = ListedRun(
-        path, header.title, written, header.created_utc, done, len(planned), False, modified_utc, damaged=damaged,
-        exit_status=ExitStatus.WRONG_REQUEST if damaged else ExitStatus.DONE,
-    )  # fmt: skip
-    return _Seen(fingerprint, written, listed)
 
 
 def _as_it_stands(seen: _Seen, *, is_alive: bool) -> ListedRun:
