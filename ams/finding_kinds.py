@@ -28,6 +28,7 @@ FindingKind = Literal[
     "meter-undeclared",
     "rate-undeclared",
     "gravity-undeclared",
+    "field-undeclared",
     "time-confounded",
     "axis-undetermined",
     "axis-contradicted",
@@ -172,6 +173,12 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     "gravity-undeclared": KindOfFinding(
         "file",
         "No uncertainty of local gravity is declared: what is told per m/s² or at another gravity is without it",
+        _DECLARE,
+    ),
+    "field-undeclared": KindOfFinding(
+        "file",
+        "Nothing is declared of how far the field of a coil may be wrong, its direction, or what stands beside it, so "
+        "that their errors are in no uncertainty",
         _DECLARE,
     ),
     "time-confounded": KindOfFinding(

@@ -24,6 +24,8 @@ NO_COEFFICIENTS_U: Final = "no uncertainty of the known temperature coefficients
 """How it is said of coefficients that are applied as if they were exact."""
 NO_GRAVITY: Final = "no uncertainty of local gravity is declared"
 """How it is said of a gravity that is stated alone: in remark, verdict and gap."""
+NO_FIELD: Final = "no uncertainty of the field is declared"
+"""How the remark on what magnetometers were held against begins."""
 NO_TIMES: Final = "no times are given"
 """How it is said of rows of which nobody knows when they were measured, and whose order lets a drift pass."""
 TERMS_NOT_DETERMINED: Final = "terms of second and third order are not determined by these points"
@@ -64,6 +66,7 @@ _WITHOUT: Final = MappingProxyType(
         NO_THERMOMETER: "the uncertainty of the thermometer",
         NO_COEFFICIENTS_U: "the uncertainty of the temperature coefficients",
         NO_GRAVITY: "the uncertainty of local gravity",
+        NO_FIELD: "the uncertainty of the field",
     }
 )
 """How a remark begins, and what the verdict then says that the result is without."""

@@ -29,9 +29,7 @@ from procedures.records.declared_gaps import (
 from procedures.report.overview import shared_statements
 from rig.local_time import local_day
 
-TABLE_UNDECLARED: FindingKind = "table-undeclared"
 METER_UNDECLARED: FindingKind = "meter-undeclared"
-RATE_UNDECLARED: FindingKind = "rate-undeclared"
 GRAVITY_UNDECLARED: FindingKind = "gravity-undeclared"
 
 NO_READINGS = "neither the run nor the file that the readings came from is on record"
@@ -127,9 +125,8 @@ def _gaps(grounds: Grounds) -> Iterator[Said]:
             senses_gravity=grounds.coefficients.senses_gravity,
             references=(
                 *gravity_undeclared(grounds),
-                *table_undeclared(grounds),
                 *meters_undeclared(grounds),
-                *rates_undeclared(grounds),
+                *(said for kind in _kinds_of_set(grounds) for said in _stated(grounds, kind)),
             ),
         )
     )
@@ -181,16 +178,6 @@ def meters_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     return (Said(fact, "declare readouts.NAME.standard, and uncertainty_v of that standard"),)
 
 
-def table_undeclared(grounds: Grounds) -> tuple[Said, ...]:
-    """Return what is to be said of axes of whose indices nothing was declared, as a set of a run says it."""
-    return _stated(grounds, TABLE_UNDECLARED)
-
-
-def rates_undeclared(grounds: Grounds) -> tuple[Said, ...]:
-    """Return what is to be said of rates that no standard is behind, as a set of gyros says it."""
-    return _stated(grounds, RATE_UNDECLARED)
-
-
 def gravity_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     """Return what is to be said of a gravity without an uncertainty, where the coefficients are per local g.
 
@@ -200,6 +187,12 @@ def gravity_undeclared(grounds: Grounds) -> tuple[Said, ...]:
     if stated or gravity.standard_uncertainty_mps2 or not grounds.coefficients.senses_gravity:
         return stated
     return (undeclared_gravity(gravity.value_mps2),)
+
+
+def _kinds_of_set(grounds: Grounds) -> tuple[FindingKind, ...]:
+    """Return of what nobody declared what a set alone tells; the level under gravity is asked of its rig file."""
+    of_level: tuple[FindingKind, ...] = () if grounds.coefficients.senses_gravity else ("level-undeclared",)
+    return (*of_level, "table-undeclared", "rate-undeclared", "field-undeclared")
 
 
 def _stated(grounds: Grounds, kind: FindingKind) -> tuple[Said, ...]:

@@ -29,12 +29,13 @@ from procedures.plan.order import SHUFFLED
 from procedures.plan.plan import Plan
 from procedures.plan.sequential import usage_pitch_deg
 from procedures.plan.specific_force import columns_of
-from procedures.records.declared_gaps import thermometer_remarks, undeclared_references
+from procedures.plan.undeclared import undeclared_of_plan
+from procedures.records.declared_gaps import thermometer_remarks
 from procedures.solution.beliefs import AxisBelief, Pilot, beliefs_of
 from procedures.solution.expected import Believed, ExpectedSensor, PlannedRows, Usage, expected_sensor
 from procedures.solution.expected_readings import read_adaptively
 from procedures.solution.foreseen import foreseen_warnings, use_remarks
-from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.level_of_base import level_warnings
 from procedures.solution.request import joint_priors_in_words
 from procedures.solution.type_b import gravity_warnings
 from rig.description.rig_file import RigDescription
@@ -101,12 +102,8 @@ def forecast_of_design(
 
 
 def _remarks(rig: RigDescription, plan: Plan) -> Iterator[str]:
-    undeclared = (
-        *level_remarks(rig),
-        *undeclared_references(rig, plan.sensors.values(), plan.axes),
-        *thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature),
-    )
-    yield from (said.text for said in undeclared)
+    yield from undeclared_of_plan(rig, plan).remarks
+    yield from (said.text for said in thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature))
     if plan.environment is None:
         yield from use_remarks(rig, plan.solve, plan.sensors)
 

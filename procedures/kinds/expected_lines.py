@@ -6,14 +6,13 @@ is a twin; at the bench nothing is guessed.
 
 from collections.abc import Iterable, Iterator
 
-from ams.models.registry import takes_levels
 from ams.units import printed
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
 from procedures.plan.channels import temperature_source
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Dwell, Follow, Turn
-from procedures.records.declared_gaps import undeclared_references
+from procedures.plan.undeclared import undeclared_of_plan
 from procedures.solution.expected_points import Solver, expected_points, planned_degc
 from procedures.solution.foreseen import use_remarks
 from procedures.solution.temperature_of_use import use_warnings
@@ -29,10 +28,7 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
-    undeclared = undeclared_references(
-        rig, plan.sensors.values(), plan.axes, tells_directions=not takes_levels(plan.solve.model)
-    )
-    remarks = [said.text for said in undeclared]
+    remarks = [*undeclared_of_plan(rig, plan).remarks]
     if plan.environment is None:
         remarks += use_remarks(rig, plan.solve, plan.sensors)
     return Forecast(

@@ -12,7 +12,9 @@ from ams.observations import Observations
 from ams.sets.verdict_conditions import (
     NO_CROSSTALK,
     NO_DIRECTIONS,
+    NO_FIELD,
     NO_GRAVITY,
+    NO_LEVEL,
     NO_METER,
     NO_STANDARD_OF_RATES,
     NO_TABLE,
@@ -64,15 +66,32 @@ def declared_gaps(declared: Declared) -> Iterator[Said]:
     yield from declared.references
 
 
+def level_remarks(rig: RigDescription) -> tuple[Said, ...]:
+    """Say that nobody read the level of the base, where the attitude is counted from it."""
+    reference = rig.attitude_reference
+    is_referred = reference is not None and {"pitch", "roll"} <= set(reference.channels)
+    if rig.level.before is not None or rig.level.after is not None or is_referred:
+        return ()
+    return (
+        Said(
+            f"{NO_LEVEL}: a tilted base, or an axis that was set to zero wrongly, passes for a turned package and is "
+            "not in these uncertainties",
+            "read it before and after ([level] of the rig file)",
+        ),
+    )
+
+
 def table_remarks(rig: RigDescription, sensor: Sensor, turned: Iterable[str]) -> tuple[Said, ...]:
-    """Say of the axes that ``turned`` that nobody declared how far their indices may be wrong, where gravity is sensed.
+    """Say of the axes that ``turned`` that nobody declared how far their indices may be wrong.
+
+    Of sensors of gravity or of a field; what senses rates is not held against indices.
 
     An axis whose attitude a reference sensor tells has the uncertainty of that.
     """
     referred = () if rig.attitude_reference is None else tuple(rig.attitude_reference.channels)
     axes = {name: rig.axes[name] for name in turned if name in rig.axes and name not in referred}
     unknown = [name for name, axis in axes.items() if not axis.uncertainty_arcsec and axis.index_table is None]
-    if sensor.measures != "acceleration" or not unknown:
+    if sensor.measures == "rate" or not unknown:
         return ()
     return (
         Said(
@@ -231,27 +250,31 @@ def undeclared_gravity(gravity_mps2: float) -> Said:
     )
 
 
-def undeclared_references(
-    rig: RigDescription, sensors: Iterable[Sensor], turned: Iterable[str], *, tells_directions: bool = True
-) -> tuple[Said, ...]:
-    """Return what is to be said of gravity, the table, the meters of the sensors and axes at a rate, each once.
+def field_remarks(rig: RigDescription, coils: Iterable[str], surroundings: str | None) -> tuple[Said, ...]:
+    """Say that nobody declared how far the fields may be wrong that a magnetometer was held against.
 
-    ``tells_directions``: whether gyros are solved for how they lie, which a straight line does not tell.
+    ``coils``: those that made a field. ``surroundings``: the key by which what stands beside them is declared, where
+    it is stated without an uncertainty.
     """
-    axes, every = tuple(turned), tuple(sensors)
-    said = [
-        text
-        for sensor in every
-        for text in (
-            *table_remarks(rig, sensor, axes),
-            *meter_remarks(rig, sensor),
-            *crosstalk_remarks(rig, sensor),
-            *rate_remarks(rig, sensor, axes),
-            *(direction_remarks(rig, sensor, axes) if tells_directions else ()),
-        )
-    ]
-    of_gravity = gravity_remarks(rig, senses_gravity=any(sensor.measures == "acceleration" for sensor in every))
-    return tuple(dict.fromkeys([*of_gravity, *said]))
+    known = {coil: rig.field[coil] for coil in coils if coil in rig.field}
+    keys = {
+        f"{what} of {coil}": f"field.{coil}.{key}"
+        for coil, settings in known.items()
+        for what, key in (("strength", "uncertainty_ut"), ("direction", "direction_uncertainty_deg"))
+        if not getattr(settings, key)
+    }
+    keys |= {} if surroundings is None else {"what stands beside": surroundings}
+    if not keys:
+        return ()
+    return (
+        Said(
+            f"{NO_FIELD} ({', '.join(keys)}): a field that is wrong by a part is a sensitivity that is wrong by it, "
+            "one that lies otherwise is a package that is turned, and what stands beside it passes for offset and "
+            "sensitivity; no residual shows it, and it is in no figure stated here",
+            f"declare {' and '.join(keys.values())}, standard uncertainties, by the certificate of the coil or of the "
+            "magnetometer that it was measured with",
+        ),
+    )
 
 
 def _states_volts(rig: RigDescription, readout: str) -> bool:

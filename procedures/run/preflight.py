@@ -11,19 +11,18 @@ from pathlib import Path
 
 from ams.exports.formats import FORMATS
 from ams.exports.optional_libraries import missing_sentence, not_installed
-from ams.models.registry import takes_levels
 from ams.sets.stated_findings import LACKING
 from procedures.errors import ProcedureError
 from procedures.journal.location import require_local
 from procedures.lease.keeper import look
 from procedures.plan.plan import Plan
+from procedures.plan.undeclared import undeclared_of_plan
 from procedures.records.declared_gaps import (
     NOBODY_APPROVED,
     OF_A_TWIN,
     Declared,
     declared_gaps,
     thermometer_remarks,
-    undeclared_references,
 )
 from procedures.run.readiness import Readiness, days_to_come, readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
@@ -102,17 +101,18 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
         yield OF_A_TWIN
         yield from days_to_come(rig, local_day(now))
     yield f"{NOBODY_APPROVED} (calrig archive sign, when it is archived)"
+    undeclared = undeclared_of_plan(rig, plan)
+    senses_gravity = any(sensor.measures == "acceleration" for sensor in plan.sensors.values())
     declared = declared_gaps(
         Declared(
             laboratory=rig.laboratory.model_dump() if rig.laboratory else {},
             job=rig.job.model_dump(),
             level=rig.level.model_dump(),
             has_standards=bool(rig.standards),
-            senses_gravity=any(sensor.measures == "acceleration" for sensor in plan.sensors.values()),
+            senses_gravity=senses_gravity,
             references=(
-                *undeclared_references(
-                    rig, plan.sensors.values(), plan.axes, tells_directions=not takes_levels(plan.solve.model)
-                ),
+                *(() if senses_gravity else undeclared.level),
+                *undeclared.references,
                 *thermometer_remarks(rig, plan.sensors.values(), plan.solve.temperature),
             ),
         )

@@ -70,7 +70,7 @@ def solve_by_model(item: SensorRows, observations: Observations) -> SolvedSensor
         solved = calibrate_jointly(observations, request, joint_priors(item.rig, solve))
     else:
         solved = calibrate_mountings(observations, request)
-    said = said_of_run(item, observations, request.shared_errors, tells_directions=True)
+    said = said_of_run(item, observations, request.shared_errors)
     remarks, warnings = (*solved.remarks, *said.remarks), (*solved.warnings, *said.warnings)
     priors = joint_priors_in_words(solve.joint_priors_arcsec.items())
     budgets = budgets_of(solved, request, item.rig, priors_in_words=priors)

@@ -9,29 +9,12 @@ from dataclasses import dataclass
 from math import hypot, radians, sqrt
 from typing import Literal
 
-from ams.findings import Said
 from ams.inputs.shared_errors import Effect, SharedError
-from ams.sets.verdict_conditions import NO_LEVEL
 from ams.units import ARCSEC_PER_DEG
 from rig.description.rig_file import RigDescription
 
 _FARTHEST = 2.0
 """Standard uncertainties that a reading of an instrument without a limit may be wrong by."""
-
-
-def level_remarks(rig: RigDescription) -> tuple[Said, ...]:
-    """Say that nobody read the level of the base, where the attitude is counted from it."""
-    reference = rig.attitude_reference
-    is_referred = reference is not None and {"pitch", "roll"} <= set(reference.channels)
-    if rig.level.before is not None or rig.level.after is not None or is_referred:
-        return ()
-    return (
-        Said(
-            f"{NO_LEVEL}: a tilted base, or an axis that was set to zero wrongly, passes for a turned package and is "
-            "not in these uncertainties",
-            "read it before and after ([level] of the rig file)",
-        ),
-    )
 
 
 def level_warnings(rig: RigDescription) -> tuple[str, ...]:

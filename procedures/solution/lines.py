@@ -79,9 +79,7 @@ def solve_lines(item: SensorRows, observations: Observations) -> SolvedSensor:
         raise DesignError("no axis was exposed to two levels: nothing was solved; turn it, or lay it along the field")
     along = [label for label, line in lines.items() if not isinstance(line.model, FieldTriad)]
     warnings |= dict.fromkeys(_across(item, along))
-    said = said_of_run(
-        item, observations, {label: line.errors for label, line in lines.items()}, tells_directions=False
-    )
+    said = said_of_run(item, observations, {label: line.errors for label, line in lines.items()})
     warnings |= dict.fromkeys(said.warnings)
     is_along_all = len(along) > 1 and item.sensor.measures != "field"
     remarks = (*((DIRECTIONS_NOT_MEASURED,) if is_along_all else ()), *said.remarks)

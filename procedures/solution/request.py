@@ -22,10 +22,10 @@ from ams.units import RAD_PER_ARCSEC
 from procedures.description.procedure_file import Solve
 from procedures.plan.channels import environment_of
 from procedures.plan.plan import Plan
+from procedures.records.declared_gaps import level_remarks
 from procedures.records.declared_supply import at_declared, correcting
 from procedures.records.dwells import DwellRecord
 from procedures.solution.declared_directions import declared_directions
-from procedures.solution.level_of_base import level_remarks
 from procedures.solution.temperature_of_use import calibrated_degc
 from procedures.solution.type_b import (
     gravity_of,

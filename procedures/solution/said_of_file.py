@@ -19,9 +19,11 @@ from ams.models.registry import MODELS
 from ams.observations import Observations
 from ams.sets.sensed_quantity import FIELDS
 from ams.sets.stated_findings import RATES_NOT_COUNTED, TABLE_NOT_COUNTED
+from procedures.plan.undeclared import Undeclared
 from procedures.records.declared_gaps import (
     crosstalk_remarks,
     gravity_remarks,
+    level_remarks,
     meter_remarks,
     temperature_remarks,
     thermometer_remarks,
@@ -29,11 +31,10 @@ from procedures.records.declared_gaps import (
 )
 from procedures.solution.declared_temperature import temperature_warnings
 from procedures.solution.earth_turn import EARTH_DPS
-from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.level_of_base import level_warnings
 from procedures.solution.sensor_of_file import sensor_of
 from procedures.solution.temperature_of_use import warnings_of_use
 from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings
-from procedures.solution.undeclared import Undeclared
 from rig.description.rig_file import RigDescription, Sensor
 
 BY_A_RIG_FILE: Final = f"{TABLE_NOT_COUNTED}; a rig file (--rig of calrig fit, rig of calrig.fit) brings them in"

@@ -11,24 +11,15 @@ from ams.inputs.shared_errors import SharedError
 from ams.observations import Observations
 from procedures.description.procedure_file import Solve
 from procedures.plan.sequential import stopped_in_words
-from procedures.records.declared_gaps import (
-    crosstalk_remarks,
-    direction_remarks,
-    gravity_remarks,
-    meter_remarks,
-    rate_remarks,
-    table_remarks,
-    temperature_remarks,
-    thermometer_remarks,
-)
+from procedures.plan.undeclared import Undeclared, undeclared_of
+from procedures.records.declared_gaps import temperature_remarks, thermometer_remarks
 from procedures.records.dwells import DwellRecord
 from procedures.solution.adaptive_words import adaptive_in_words
 from procedures.solution.earth_turn import earth_remarks
-from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.level_of_base import level_warnings
 from procedures.solution.request import SensorRows
 from procedures.solution.temperature_of_use import warnings_of_use
 from procedures.solution.type_b import gravity_on_gyros_remarks, gravity_warnings
-from procedures.solution.undeclared import Undeclared
 
 
 @dataclass(frozen=True)
@@ -45,26 +36,13 @@ def said_of_run(
     item: SensorRows,
     observations: Observations,
     errors: Mapping[str, tuple[SharedError, ...]],
-    *,
-    tells_directions: bool,
 ) -> SaidOfRun:
     """Return what is said of one sensor.
 
-    ``errors``: sensor axis to the errors that it was solved with. ``tells_directions``: whether it was solved for how
-    its axes lie, which a straight line does not tell.
+    ``errors``: sensor axis to the errors that it was solved with.
     """
     rig, sensor, plan = item.rig, item.sensor, item.plan
-    # A tilted base does not turn what sensors of rates sense.
-    is_levelled, turned = sensor.measures == "acceleration", plan.axes
-    undeclared = Undeclared(
-        level_remarks(rig) if is_levelled else (),
-        meter_remarks(rig, sensor),
-        rate_remarks(rig, sensor, turned),
-        gravity_remarks(rig, senses_gravity=is_levelled),
-        table_remarks(rig, sensor, turned),
-        direction_remarks(rig, sensor, turned) if tells_directions else (),
-        crosstalk_remarks(rig, sensor),
-    )
+    undeclared = undeclared_of(rig, sensor, plan)
     stopped = stopped_in_words(plan, max(dwell.replication for dwell in item.dwells))
     remarks = (
         *_time_term(plan.solve, item.dwells),
@@ -76,7 +54,8 @@ def said_of_run(
         *(text for text in (stopped, adaptive_in_words(item)) if text is not None),
     )
     warnings = (
-        *(level_warnings(rig) if is_levelled else ()),
+        # A tilted base does not turn what sensors of rates sense.
+        *(level_warnings(rig) if sensor.measures != "rate" else ()),
         *gravity_warnings(rig, sensor),
         *warnings_of_use(sensor, plan.solve.temperature, observations.temperature_degc),
     )

@@ -35,10 +35,9 @@ from procedures.certificate.page import SPECIMEN, certificate_page, certificate_
 from procedures.certificate.results import coefficients_of
 from procedures.cli.archive.text import sign_off_lines
 from procedures.errors import RequestError
-from procedures.records.declared_gaps import meter_remarks, thermometer_remarks
+from procedures.plan.undeclared import Undeclared
+from procedures.records.declared_gaps import level_remarks, meter_remarks, thermometer_remarks
 from procedures.report.paper.page_tree import page_tree_of
-from procedures.solution.level_of_base import level_remarks
-from procedures.solution.undeclared import Undeclared
 
 SIGNED = datetime(2026, 3, 2, 9, tzinfo=UTC)
 

@@ -9,10 +9,10 @@ from ams.findings import Finding, significant_texts
 from ams.sets.verdict_conditions import NO_GRAVITY, TERMS_NOT_TESTED
 from procedures.journal.audit.audit_trail import Interruption
 from procedures.kinds.section import SensorPage
-from procedures.records.declared_gaps import meter_remarks
+from procedures.records.declared_gaps import level_remarks, meter_remarks
 from procedures.report.verdict import judge
 from procedures.report.view import AxisFindings, RunView, SensorView
-from procedures.solution.level_of_base import level_remarks, level_warnings
+from procedures.solution.level_of_base import level_warnings
 from rig.description.read import read_rig
 from rig.description.rig_file import Level, LevelReading, Standard
 
