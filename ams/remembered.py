@@ -28,7 +28,7 @@ _HANDED_OUT: Final[dict[int, "tuple[ref[np.ndarray], int]"]] = {}
 
 
 def remembered(most: int) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Remember the last ``most`` results of a function of arrays and hashable values.
+    """Remember the last ``most`` results of a function of arrays, hashable values and tuples of them.
 
     Pure functions only, whose arrays are new: a view of an argument would change with it.
     """
@@ -99,7 +99,12 @@ def _key(values: tuple[Any, ...]) -> tuple[Hashable, ...] | None:
     parts: list[Hashable] = []
     unknown = 0
     for value in values:
-        if not isinstance(value, np.ndarray):
+        if isinstance(value, tuple):
+            within = _key(value)
+            if within is None:
+                return None
+            parts.append(within)
+        elif not isinstance(value, np.ndarray):
             parts.append(value)
         elif (known := _HANDED_OUT.get(id(value))) and known[0]() is value and not value.flags.writeable:
             parts.append(known[1])

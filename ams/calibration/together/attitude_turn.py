@@ -29,9 +29,17 @@ from ams.calibration.together.attitude_turn_found import (
     rotations,
     turned_with_attitude,
 )
-from ams.calibration.together.errors_of_table import directions_of, errors_of_table
+from ams.calibration.together.errors_of_table import (
+    SharedColumns,
+    Spanned,
+    below,
+    beside,
+    directions_of,
+    errors_of_table,
+    sensed,
+    sensed_nominally,
+)
 from ams.calibration.together.shown_outputs import LEAST_DOF, MAY_SHOW, OutputSeen, attitude_where_read, rolled_base
-from ams.frames import AXES
 from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.extended import ExtendedPitchRoll
 from ams.remembered import remembered
@@ -57,14 +65,12 @@ _OF_COURSES: Final = sum(COLUMNS.values())
 class _Design(NamedTuple):
     """Of one output at K points."""
 
-    q: FloatArray
-    """(K, P) the linear sensor, and what the order of the points leaves."""
+    shared: SharedColumns
+    """Courses and errors of the table, beside the linear sensor and what the order of the points leaves."""
     terms: FloatArray
     """(K, 8) of unit length: each term of low order beside these."""
     every: FloatArray
     """(K, t) of unit length: all that they, and those that it is fitted with, span beside these."""
-    shared: FloatArray
-    """(K, 3, c) what ``q`` leaves of the courses, and of the errors of the table, by the force."""
     rotations: FloatArray
     """(K, 3, c) of the courses."""
 
@@ -92,8 +98,8 @@ class _Explained(NamedTuple):
     course: Course
     columns: FloatArray
     """(s, K, c)"""
-    spans: FloatArray
-    """(s K, r) of unit length: of the errors of the table."""
+    spans: Spanned
+    """By the errors of the table."""
     beside: FloatArray
     """(s K,) what these leave of the outputs."""
     products: FloatArray
@@ -159,35 +165,34 @@ def _explained(shown: Sequence[_Shown], course: Course) -> _Explained:
     """Return what a course explains of all outputs, each weighed by what it scatters by beside that and its terms."""
     variance, points = np.array([output.variance for output in shown]), shown[0].left.size
     precision = np.array([output.precision_variance for output in shown])
-    terms, every = (_below([part(output) for output in shown]) for part in (_terms_of, _every_of))
-    columns = np.stack([output.design.shared.transpose(0, 2, 1) @ output.k for output in shown])
+    terms, every = (below([part(output) for output in shown]) for part in (_terms_of, _every_of))
+    columns = sensed([(output.design.shared, output.k) for output in shown])
     for _ in range(_PASSES):
-        weighed = columns * variance[:, None, None] ** -0.5
+        weighed = columns.weighed(variance**-0.5)
         reading = np.concatenate([output.left / np.sqrt(each) for output, each in zip(shown, variance, strict=True)])
-        spans = directions_of(weighed[:, :, _OF_COURSES:].reshape(reading.size, -1))
-        beside = reading - spans @ (spans.T @ reading)
-        turned = _seen(weighed[:, :, columns_of(course)], spans)
-        by_turn = turned @ (turned.T @ beside)
-        taken = np.hstack([spans, turned])
-        of_terms = directions_of(every - taken @ (taken.T @ every))
-        by_terms = of_terms.T @ (beside - by_turn)
-        rest = (beside - by_turn - of_terms @ by_terms).reshape(-1, points)
-        dof = sum(output.dof for output in shown) - spans.shape[1] - turned.shape[1]
+        spans = weighed.spanned(_OF_COURSES)
+        left = spans.left_of(reading)
+        turned = _seen(weighed.of_many[:, :, columns_of(course)], spans)
+        by_turn = turned @ (turned.T @ left)
+        of_terms = directions_of(spans.left_of(every) - turned @ (turned.T @ every))
+        by_terms = of_terms.T @ (left - by_turn)
+        rest = (left - by_turn - of_terms @ by_terms).reshape(-1, points)
+        dof = sum(output.dof for output in shown) - spans.rank - turned.shape[1]
         variance = variance * np.vecdot(rest, rest) * (len(shown) / dof)
-    of_each, as_read = (each.reshape(-1, points) for each in (by_turn, beside))
-    numbers, of_number = turned.shape[1], float(np.log(beside.size))
+    of_each, as_read = (each.reshape(-1, points) for each in (by_turn, left))
+    numbers, of_number = turned.shape[1], float(np.log(left.size))
     return _Explained(
         course,
-        weighed,
+        weighed.of_many,
         spans,
-        beside,
+        left,
         products=np.vecdot(of_each, as_read),
         squares=np.vecdot(of_each, of_each),
         by_turn=float(by_turn @ by_turn),
         seen=numbers,
         by_terms=float(by_terms @ by_terms),
         by_terms_dof=by_terms.size,
-        by_few=_few(terms - spans @ (spans.T @ terms), beside, numbers + 1),
+        by_few=_few(spans.left_of(terms), left, numbers + 1),
         of_turn=numbers * of_number + 2.0 * float(np.log(len(COLUMNS))),
         of_few=(of_number + 2.0 * float(np.log(terms.shape[1]))) * np.arange(1.0, numbers + 2.0),
         noise=float(np.vecdot(rest, rest).sum()),
@@ -202,15 +207,6 @@ def _terms_of(output: _Shown) -> FloatArray:
 
 def _every_of(output: _Shown) -> FloatArray:
     return output.design.every
-
-
-def _below(parts: Sequence[FloatArray]) -> FloatArray:
-    """Return (s K, …) columns of s outputs, each of one of them alone."""
-    points, widths = parts[0].shape[0], [part.shape[1] for part in parts]
-    found, ends = np.zeros((len(parts) * points, sum(widths))), np.cumsum(widths).tolist()
-    for row, (part, end, width) in enumerate(zip(parts, ends, widths, strict=True)):
-        found[row * points : (row + 1) * points, end - width : end] = part
-    return found
 
 
 def _few(terms: FloatArray, beside: FloatArray, most: int) -> FloatArray:
@@ -229,12 +225,12 @@ def _few(terms: FloatArray, beside: FloatArray, most: int) -> FloatArray:
     return np.asarray(np.cumsum(explained))
 
 
-def _seen(columns: FloatArray, spans: FloatArray) -> FloatArray:
+def _seen(columns: FloatArray, spans: Spanned) -> FloatArray:
     """Return (s K, r) directions of what the table leaves of the (s, K, c) columns of a course."""
-    flat = columns.reshape(spans.shape[0], -1)
+    flat = columns.reshape(-1, columns.shape[2])
     whole = np.sqrt((flat**2).sum(axis=0))
     flat = flat / np.where(whole > 0.0, whole, 1.0)
-    left = flat - spans @ (spans.T @ flat)
+    left = spans.left_of(flat)
     squares, vectors = np.linalg.eigh(left.T @ left)
     kept = squares > _SEEN
     return np.asarray(left @ (vectors[:, kept] / np.sqrt(squares[kept])))
@@ -245,7 +241,7 @@ def _estimated(
 ) -> AttitudeTurn:
     flat = found.columns[:, :, columns_of(found.course)].reshape(found.beside.size, -1)
     lengths = np.linalg.norm(flat, axis=0)
-    left = (flat - found.spans @ (found.spans.T @ flat)) / lengths
+    left = found.spans.left_of(flat) / lengths
     covariance = np.linalg.pinv(left.T @ left, rcond=_SEEN, hermitian=True)
     sizes = covariance @ (left.T @ found.beside) / lengths
     covariance = covariance * (found.noise / found.dof) / np.multiply.outer(lengths, lengths)
@@ -278,14 +274,14 @@ def _shown(evidence: Evidence, output: int) -> _Shown | None:
     count = _count_of_terms(base)
     terms, in_order = terms_of_accelerometer(evidence, base), left_by_order(evidence, base, evidence.layout.points)
     design = _design(pitch_rad, roll_rad, evidence.basis, terms, in_order, count)
-    dof = float(evidence.layout.points - design.q.shape[1] - design.every.shape[1])
+    dof = float(evidence.layout.points - design.shared.q.shape[1] - design.every.shape[1])
     if dof < LEAST_DOF:
         return None
     k = evidence.primary[output][1:LINEAR_COLUMNS]
     columns = slice(LINEAR_COLUMNS, LINEAR_COLUMNS + count)
     fitted = evidence.basis[:, columns] @ evidence.alone[columns, output]
     means = (evidence.point_effects[:, output] + fitted) / np.linalg.norm(k)
-    left = means - design.q @ (design.q.T @ means)
+    left = means - design.shared.q @ (design.shared.q.T @ means)
     by_terms = design.every.T @ left
     variance = float(left @ left - by_terms @ by_terms) / dof
     if not variance > 0.0:
@@ -305,18 +301,14 @@ def _design(
 ) -> _Design:
     linear = np.delete(basis, np.s_[LINEAR_COLUMNS : LINEAR_COLUMNS + count], axis=1)
     q = spanned(np.hstack([linear, in_order]))
-    whole = np.concatenate(
-        [turned_with_attitude(pitch_rad, roll_rad), errors_of_table(pitch_rad, roll_rad, None)], axis=2
-    )
-    flat = whole.reshape(pitch_rad.size, -1)
+    turned = turned_with_attitude(pitch_rad, roll_rad)
     every = np.hstack([basis[:, LINEAR_COLUMNS : LINEAR_COLUMNS + count], terms])
     left = terms - q @ (q.T @ terms)
     lengths = np.linalg.norm(left, axis=0)
     return _Design(
-        q,
+        beside(q, turned, errors_of_table(pitch_rad, roll_rad, None)),
         left / np.where(lengths > 0.0, lengths, 1.0),
         directions_of(every - q @ (q.T @ every)),
-        (flat - q @ (q.T @ flat)).reshape(whole.shape),
         rotations(pitch_rad, roll_rad),
     )
 
@@ -324,7 +316,7 @@ def _design(
 def _may_show(shown: Sequence[_Shown], level: float) -> list[Course]:
     """Return what the outputs may show at a level: each by its nominal axis, all of one weight."""
     axes = tuple(output.axis for output in shown)
-    directions, ends, of_table = _nominal(axes, *(output.design.shared for output in shown))
+    directions, ends, of_table = _nominal(axes, tuple(output.design.shared for output in shown))
     dof = sum(output.dof for output in shown) - of_table
     if dof < LEAST_DOF:
         return []
@@ -336,13 +328,13 @@ def _may_show(shown: Sequence[_Shown], level: float) -> list[Course]:
 
 
 @remembered(16)
-def _nominal(axes: tuple[str, ...], *shared: FloatArray) -> tuple[FloatArray, tuple[int, ...], int]:
+def _nominal(axes: tuple[str, ...], designs: tuple[SharedColumns, ...]) -> tuple[FloatArray, tuple[int, ...], int]:
     """Return (s K, r) directions of the courses along nominal axes beside the table, where each ends, and the table's.
 
     Of the table how many there are.
     """
-    columns = np.stack([part[:, AXES.index(axis)] for axis, part in zip(axes, shared, strict=True)])
-    spans = directions_of(columns[:, :, _OF_COURSES:].reshape(columns.shape[0] * columns.shape[1], -1))
-    found = [_seen(columns[:, :, columns_of(course)], spans) for course in COLUMNS]
+    columns = sensed_nominally(axes, designs)
+    spans = columns.spanned(_OF_COURSES)
+    found = [_seen(columns.of_many[:, :, columns_of(course)], spans) for course in COLUMNS]
     ends = np.cumsum([each.shape[1] for each in found]).tolist()
-    return np.hstack(found), tuple(ends), spans.shape[1]
+    return np.hstack(found), tuple(ends), spans.rank

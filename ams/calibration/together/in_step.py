@@ -11,7 +11,7 @@ by itself, the terms of low order, and what all of them show of the table, its s
 index errors of each axis. What it explains is held against Fisher's F. Source: decision 105.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -21,7 +21,15 @@ from ams.analysis.diagnostics.point_means import spanned
 from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer
 from ams.analysis.diagnostics.time_order import means_of_points
 from ams.arrays import FloatArray
-from ams.calibration.together.errors_of_table import directions_of, errors_of_table
+from ams.calibration.together.errors_of_table import (
+    Sensed,
+    SharedColumns,
+    Spanned,
+    beside,
+    errors_of_table,
+    sensed,
+    sensed_nominally,
+)
 from ams.calibration.together.in_step_between import judge_between
 from ams.calibration.together.in_step_found import TILTS, WAVES, InStep, Way, waves_at, waves_of
 from ams.calibration.together.shown_outputs import (
@@ -32,7 +40,6 @@ from ams.calibration.together.shown_outputs import (
     rolled_base,
     shown_output,
 )
-from ams.frames import AXES
 from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
 
@@ -45,26 +52,24 @@ _GROUPS: Final[tuple[tuple[Way, int], ...]] = tuple(
 )
 _OF_METER: Final = slice(0, 2 * WAVES)
 _OF_BASE: Final = slice(2 * WAVES, 6 * WAVES)
-_OF_TABLE: Final = slice(6 * WAVES, None)
 """Among the columns of an output."""
+_TILTED: Final = 4 * WAVES
+"""The first of those that all outputs share."""
 
 
 class _Design(NamedTuple):
     """Of one output at K points."""
 
-    q: FloatArray
-    """(K, P) what it may show by itself."""
     waves: FloatArray
-    """(K, 6) what that leaves of the waves."""
-    shared: FloatArray
-    """(K, 3, c) what it leaves of the tilts and of the table, by the force."""
+    """(K, 6) beside what it may show by itself."""
+    shared: SharedColumns
+    """Of the tilts and of the table."""
 
 
 class _Directions(NamedTuple):
     """Of unit length, of s outputs below one another."""
 
-    of_table: FloatArray
-    """(s K, t)"""
+    of_table: Spanned
     of_waves: FloatArray
     """(s K, r) what is seen of each group, one after the other."""
     ranks: tuple[int, ...]
@@ -81,13 +86,15 @@ def judge_in_step(outputs: Sequence[OutputSeen], level: float) -> InStep | None:
     if len(shown) < _FEWEST or len({output.left.size for output in shown}) > 1:
         return None
     dof = sum(output.dof for output in shown)
-    nominal = _nominal(tuple(output.axis for output in shown), *_parts(shown))
+    nominal = _nominal(tuple(output.axis for output in shown), tuple(output.design for output in shown))
     alike = np.concatenate([output.left for output in shown])
     if not np.min(_chances(nominal, alike, dof)) * len(_GROUPS) <= MAY_SHOW * level:
         return None
-    columns = np.stack([_columns(output.design, output.k / output.per_g, output.per_g) for output in shown])
     scale = np.array([(output.left @ output.left / output.dof) ** -0.5 for output in shown])
-    directions = _directions(columns * scale[:, None, None], scale, np.array([output.per_g for output in shown]))
+    per_g = np.array([output.per_g for output in shown])
+    shared = sensed([(output.design.shared, output.k / output.per_g) for output in shown])
+    columns = _columns([output.design.waves for output in shown], shared, per_g)
+    directions = _directions(columns * scale[:, None, None], shared.weighed(scale), scale, per_g)
     reading = np.concatenate([each * output.left for each, output in zip(scale, shown, strict=True)])
     chances = _chances(directions, reading, dof) * len(_GROUPS)
     if not np.min(chances) <= level:
@@ -114,9 +121,9 @@ def _estimated(
     seen = vectors[:, squares > _SEEN]
     covariance = seen / squares[squares > _SEEN] @ seen.T
     sizes = covariance @ (left.T @ reading)
-    beside = reading - directions.of_table @ (directions.of_table.T @ reading) - left @ sizes
-    dof -= directions.of_table.shape[1] + seen.shape[1]
-    sizes, deviations = sizes / lengths, np.sqrt(np.diagonal(covariance) * (beside @ beside) / dof) / lengths
+    rest = directions.of_table.left_of(reading) - left @ sizes
+    dof -= directions.of_table.rank + seen.shape[1]
+    sizes, deviations = sizes / lengths, np.sqrt(np.diagonal(covariance) * (rest @ rest) / dof) / lengths
     pairs, of_pairs = sizes.reshape(-1, 2), deviations.reshape(-1, 2)
     largest = int(np.argmax(np.linalg.norm(pairs[:: len(waves)], axis=1))) * len(waves)
     along = pairs[largest] / np.linalg.norm(pairs[largest])
@@ -133,7 +140,7 @@ def _shown(evidence: Evidence, output: int) -> ShownOutput[_Design] | None:
     waves = means_of_points(evidence.layout, waves_of(evidence.time_order, evidence.layout))
     terms = terms_of_accelerometer(evidence, base)
     design = _design(stood.pitch_rad, stood.roll_rad, stood.yaw_rad, evidence.basis, terms, waves)
-    return shown_output(evidence, output, base, design, design.q)
+    return shown_output(evidence, output, base, design, design.shared.q)
 
 
 @remembered(16)
@@ -147,38 +154,26 @@ def _design(
 ) -> _Design:
     tilts = [by(pitch_rad, roll_rad, yaw_rad)[:, :, None] * waves[:, None, :] for by in TILTS]
     q = spanned(np.hstack([basis, terms]))
-    shared = np.concatenate([*tilts, errors_of_table(pitch_rad, roll_rad, yaw_rad)], axis=2)
-    flat = shared.reshape(pitch_rad.size, -1)
-    return _Design(q, waves - q @ (q.T @ waves), (flat - q @ (q.T @ flat)).reshape(shared.shape))
-
-
-def _parts(shown: Sequence[ShownOutput[_Design]]) -> Iterator[FloatArray]:
-    for output in shown:
-        yield output.design.waves
-        yield output.design.shared
+    shared = beside(q, np.concatenate(tilts, axis=2), errors_of_table(pitch_rad, roll_rad, yaw_rad))
+    return _Design(waves - q @ (q.T @ waves), shared)
 
 
 @remembered(16)
-def _nominal(axes: tuple[str, ...], *parts: FloatArray) -> _Directions:
+def _nominal(axes: tuple[str, ...], designs: tuple[_Design, ...]) -> _Directions:
     """Return the directions of outputs along nominal axes, all of one weight and one sensitivity."""
-    each = zip(axes, parts[::2], parts[1::2], strict=True)
-    columns = [np.hstack([waves, shared[:, AXES.index(axis)]]) for axis, waves, shared in each]
-    return _directions(np.stack(columns), np.ones(len(axes)), np.ones(len(axes)))
+    alike, shared = np.ones(len(axes)), sensed_nominally(axes, [design.shared for design in designs])
+    return _directions(_columns([design.waves for design in designs], shared, alike), shared, alike, alike)
 
 
-def _columns(design: _Design, direction: FloatArray, per_g: float) -> FloatArray:
-    """Return (K, c) waves of a volt, tilts by a radian and the table's errors, as one output has them over its own k.
-
-    ``direction``: (3,) of its sensitive axis.
-    """
-    return np.hstack([design.waves / per_g, design.shared.transpose(0, 2, 1) @ direction])
+def _columns(waves: Sequence[FloatArray], shared: Sensed, per_g: FloatArray) -> FloatArray:
+    """Return (s, K, 18) waves of a volt, and tilts by a radian, as each output has them over its own k."""
+    of_meter = np.stack(waves) / per_g[:, None, None]
+    return np.concatenate([of_meter, shared.of_many[:, :, :_TILTED]], axis=2)
 
 
-def _directions(columns: FloatArray, scale: FloatArray, per_g: FloatArray) -> _Directions:
-    """Return the directions of (s, K, c) columns, each output times its ``scale``, (s,)."""
-    others = columns[:, :, _OF_TABLE].reshape(-1, columns.shape[2] - _OF_TABLE.start)
-    of_table = directions_of(others)
-    found = []
+def _directions(columns: FloatArray, shared: Sensed, scale: FloatArray, per_g: FloatArray) -> _Directions:
+    """Return the directions of (s, K, 18) columns beside the table, each output times its ``scale``, (s,)."""
+    of_table, found = shared.spanned(_TILTED), list[FloatArray]()
     for way, wave in _GROUPS:
         left, _ = _left(columns, of_table, way, (wave,), scale, per_g)
         squares, vectors = np.linalg.eigh(left.T @ left)
@@ -188,7 +183,7 @@ def _directions(columns: FloatArray, scale: FloatArray, per_g: FloatArray) -> _D
 
 
 def _left(
-    columns: FloatArray, of_table: FloatArray, way: Way, waves: tuple[int, ...], scale: FloatArray, per_g: FloatArray
+    columns: FloatArray, of_table: Spanned, way: Way, waves: tuple[int, ...], scale: FloatArray, per_g: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return (s K, n) what the table leaves of some waves of a way, over what they are, and (n,) how long those are.
 
@@ -208,17 +203,17 @@ def _left(
         whole = of_base.reshape(outputs * points, -1)
         lengths = np.full(whole.shape[1], np.linalg.norm(scale))
     lengths = lengths * (0.5 * points) ** 0.5
-    return (whole - of_table @ (of_table.T @ whole)) / lengths, lengths
+    return of_table.left_of(whole) / lengths, lengths
 
 
 def _chances(directions: _Directions, reading: FloatArray, dof: float) -> FloatArray:
     """Return the chance of what each group explains of (s K,) readings; 1 of one that is not seen."""
-    beside = directions.of_table.T @ reading
+    left = directions.of_table.left_of(reading)
     ranks = np.array(directions.ranks)
     ends = np.cumsum(ranks)
     passed = np.append(0.0, np.cumsum((directions.of_waves.T @ reading) ** 2))
     explained = passed[ends] - passed[ends - ranks]
-    free = dof - beside.size - ranks
-    rest = np.maximum(float(reading @ reading) - float(beside @ beside) - explained, 0.0) / free
+    free = dof - directions.of_table.rank - ranks
+    rest = np.maximum(float(left @ left) - explained, 0.0) / free
     numbers = np.maximum(ranks, 1)
     return np.where(ranks > 0, f_tail(explained / numbers / rest, numbers.astype(float), free), 1.0)

@@ -13,7 +13,7 @@ tells nothing here.
 """
 
 from collections.abc import Sequence
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -24,7 +24,17 @@ from ams.analysis.diagnostics.sensed_force import turned_by
 from ams.analysis.diagnostics.step_patterns import force
 from ams.analysis.diagnostics.tested_terms import terms_of_accelerometer
 from ams.arrays import FloatArray
-from ams.calibration.together.errors_of_table import NOTHING, SQUARENESS_AND_TILT, directions_of, errors_of_table
+from ams.calibration.together.errors_of_table import (
+    NOTHING,
+    SQUARENESS_AND_TILT,
+    Sensed,
+    SharedColumns,
+    Spanned,
+    beside,
+    errors_of_table,
+    sensed,
+    sensed_nominally,
+)
 from ams.calibration.together.roll_turn_found import RollTurn, turned_with_roll
 from ams.calibration.together.shown_outputs import (
     LEAST_DOF,
@@ -36,7 +46,6 @@ from ams.calibration.together.shown_outputs import (
     shown_output,
 )
 from ams.calibration.together.table_limit import of_higher_order
-from ams.frames import AXES
 from ams.remembered import remembered
 from ams.statistics.distributions import f_tail
 
@@ -46,20 +55,8 @@ _OTHERS_SHOW: Final = 0.05
 """Chance of as much without the output that shows it most."""
 _PASSES: Final = 3
 """That find what each output scatters by."""
-_OF_TURN: Final = slice(0, 3)
-_OF_SQUARENESS: Final = slice(3, 3 + SQUARENESS_AND_TILT)
-_OF_TABLE: Final = slice(3, None)
-_OF_NOTHING: Final = slice(3, 3)
-"""Among the columns that all outputs share: squareness and tilt, and all of the table, its index errors too."""
-
-
-class _Design(NamedTuple):
-    """Of one output at K points."""
-
-    q: FloatArray
-    """(K, P) what it may show by itself."""
-    shared: FloatArray
-    """(K, 3, c) what that leaves of all outputs' columns, by the force."""
+_TURN: Final = 3
+"""The first of the columns that all outputs share; squareness and tilt of the table follow, and its index errors."""
 
 
 def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | None:
@@ -70,31 +67,31 @@ def judge_roll_turn(outputs: Sequence[OutputSeen], level: float) -> RollTurn | N
     shown = [output for output in each if output is not None]
     if not _have_room(shown) or not _may_show(shown, MAY_SHOW * level):
         return None
-    columns = np.stack([_columns(output) for output in shown])
-    square, along, dof = _beside(shown, columns, _OF_TABLE)
+    columns = sensed([(output.design, output.k / output.per_g) for output in shown])
+    square, along, dof = _beside(shown, columns)
     explained, seen = _explained(square.sum(axis=0), along.sum(axis=0))
     p_value = float(f_tail(explained / max(seen, 1), float(max(seen, 1)), dof))
     if not (seen and p_value <= level):
         return None
-    square, along, dof = _beside(shown, columns, _OF_SQUARENESS)
+    square, along, dof = _beside(shown, columns.without_indices(_TURN + SQUARENESS_AND_TILT))
     covariance = np.linalg.pinv(square.sum(axis=0), rcond=NOTHING, hermitian=True)
     turn_rad = covariance @ along.sum(axis=0)
     return RollTurn(turn_rad, covariance, dof, p_value, len(outputs), _lone_axis(shown, columns, turn_rad))
 
 
-def _have_room(shown: Sequence[ShownOutput[_Design]]) -> bool:
+def _have_room(shown: Sequence[ShownOutput[SharedColumns]]) -> bool:
     """Return whether two outputs or more of the same points leave degrees of freedom beside all that they share."""
     if len(shown) < _FEWEST or len({output.left.size for output in shown}) > 1:
         return False
-    return bool(sum(output.dof for output in shown) >= shown[0].design.shared.shape[2] + LEAST_DOF)
+    return bool(sum(output.dof for output in shown) >= shown[0].design.width + LEAST_DOF)
 
 
-def _lone_axis(shown: Sequence[ShownOutput[_Design]], columns: FloatArray, turn_rad: FloatArray) -> str:
+def _lone_axis(shown: Sequence[ShownOutput[SharedColumns]], columns: Sensed, turn_rad: FloatArray) -> str:
     """Return the nominal axis of the output without which the others do not show a turn; empty: they do.
 
     Each beside its own terms: what the others say against errors of the table is nothing that they show.
     """
-    square, along, dof = _beside(shown, columns, _OF_NOTHING)
+    square, along, dof = _beside(shown, columns.without_indices(_TURN))
     squares, products = (square @ turn_rad) @ turn_rad, along @ turn_rad
     most = int(np.argmax(squares))
     whole, product = (float(np.delete(each, most).sum()) for each in (squares, products))
@@ -102,7 +99,7 @@ def _lone_axis(shown: Sequence[ShownOutput[_Design]], columns: FloatArray, turn_
     return "" if is_shown else shown[most].axis
 
 
-def _shown(evidence: Evidence, output: int) -> ShownOutput[_Design] | None:
+def _shown(evidence: Evidence, output: int) -> ShownOutput[SharedColumns] | None:
     """Return what one output shows; None of one that tells nothing of it."""
     base = rolled_base(evidence, output)
     if base is None:
@@ -110,11 +107,6 @@ def _shown(evidence: Evidence, output: int) -> ShownOutput[_Design] | None:
     terms, in_order = terms_of_accelerometer(evidence, base), left_by_order(evidence, base, evidence.layout.points)
     design = _design(*turned_by(base, attitude_where_read(evidence, base)), evidence.basis, terms, in_order)
     return shown_output(evidence, output, base, design, design.q)
-
-
-def _columns(output: ShownOutput[_Design]) -> FloatArray:
-    """Return (K, c) what all outputs share as this one senses it."""
-    return np.asarray(output.design.shared.transpose(0, 2, 1) @ (output.k / output.per_g))
 
 
 @remembered(16)
@@ -125,18 +117,16 @@ def _design(
     basis: FloatArray,
     terms: FloatArray,
     in_order: FloatArray,
-) -> _Design:
+) -> SharedColumns:
     turned = turned_with_roll(pitch_rad, roll_rad, yaw_rad).reshape(-1, 3, 3).transpose(0, 2, 1)
     q = spanned(np.hstack([basis, terms, in_order, of_higher_order(force(pitch_rad, roll_rad, yaw_rad))]))
-    whole = np.concatenate([turned, errors_of_table(pitch_rad, roll_rad, yaw_rad)], axis=2)
-    flat = whole.reshape(pitch_rad.size, -1)
-    return _Design(q, (flat - q @ (q.T @ flat)).reshape(whole.shape))
+    return beside(q, turned, errors_of_table(pitch_rad, roll_rad, yaw_rad))
 
 
-def _may_show(shown: Sequence[ShownOutput[_Design]], level: float) -> bool:
+def _may_show(shown: Sequence[ShownOutput[SharedColumns]], level: float) -> bool:
     """Return whether the outputs may show it at a level: each by its nominal axis, all of one weight."""
     axes = tuple(output.axis for output in shown)
-    kept, square = _nominal(axes, *(output.design.shared for output in shown))
+    kept, square = _nominal(axes, tuple(output.design for output in shown))
     variance, dof = np.array([output.variance for output in shown]), sum(output.dof for output in shown)
     along = sum(part.T @ output.left for part, output in zip(kept, shown, strict=True))
     explained, seen = _explained(np.tensordot(variance, square, 1), np.asarray(along))
@@ -144,41 +134,37 @@ def _may_show(shown: Sequence[ShownOutput[_Design]], level: float) -> bool:
 
 
 @remembered(16)
-def _nominal(axes: tuple[str, ...], *shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _nominal(axes: tuple[str, ...], designs: tuple[SharedColumns, ...]) -> tuple[FloatArray, FloatArray]:
     """Return (s, K, 3) what the table leaves of the turn along nominal axes, and (s, 3, 3) its products."""
-    columns = np.stack([part[:, AXES.index(axis)] for axis, part in zip(axes, shared, strict=True)])
-    kept = _left_of_turn(columns, _OF_TABLE)[0]
+    kept = _left_of_turn(sensed_nominally(axes, designs))[0]
     return kept, kept.transpose(0, 2, 1) @ kept
 
 
-def _left_of_turn(columns: FloatArray, beside: slice) -> tuple[FloatArray, FloatArray]:
-    """Return what (s, K, c) columns ``beside`` leave of those of the turn, (s, K, 3), and (s K, r) what they span."""
-    stacked = columns.reshape(-1, columns.shape[2])
-    turn, others = stacked[:, _OF_TURN], stacked[:, beside]
-    spans = directions_of(others)
-    left = turn - spans @ (spans.T @ turn)
+def _left_of_turn(columns: Sensed) -> tuple[FloatArray, Spanned]:
+    """Return what the other columns leave of those of the turn, (s, K, 3), and what they span."""
+    spans = columns.spanned(_TURN)
+    turn = columns.of_many[:, :, :_TURN].reshape(-1, _TURN)
+    left = spans.left_of(turn)
     left[:, np.vecdot(left.T, left.T) <= NOTHING * np.vecdot(turn.T, turn.T)] = 0.0
-    return left.reshape(*columns.shape[:2], 3), spans
+    return left.reshape(*columns.of_many.shape[:2], _TURN), spans
 
 
-def _beside(
-    shown: Sequence[ShownOutput[_Design]], columns: FloatArray, beside: slice
-) -> tuple[FloatArray, FloatArray, float]:
-    """Return (s, 3, 3) squares and (s, 3) products of the turn over the variances, beside columns that all share.
+def _beside(shown: Sequence[ShownOutput[SharedColumns]], columns: Sensed) -> tuple[FloatArray, FloatArray, float]:
+    """Return (s, 3, 3) squares and (s, 3) products of the turn over the variances, beside the others that all share.
 
     With the degrees of freedom of the variances: what an output scatters by is known once the turn is taken from it.
     """
     variance = np.array([output.variance for output in shown])
     for _ in range(_PASSES):
         scale = variance**-0.5
-        left, spans = _left_of_turn(columns * scale[:, None, None], beside)
+        left, spans = _left_of_turn(columns.weighed(scale))
         reading = np.concatenate([output.left * each for output, each in zip(shown, scale, strict=True)])
-        by_output = (reading - spans @ (spans.T @ reading)).reshape(left.shape[:2])
+        by_output = spans.left_of(reading).reshape(left.shape[:2])
         square, along = left.transpose(0, 2, 1) @ left, np.einsum("ska,sk->sa", left, by_output)
         whole = square.sum(axis=0)
         turn = np.linalg.pinv(whole, rcond=NOTHING, hermitian=True) @ along.sum(axis=0)
         rest = by_output - left @ turn
-        taken = spans.shape[1] + int(np.linalg.matrix_rank(whole, NOTHING * np.abs(whole).max(), hermitian=True))
+        taken = spans.rank + int(np.linalg.matrix_rank(whole, NOTHING * np.abs(whole).max(), hermitian=True))
         dof = sum(output.dof for output in shown) - taken
         variance = variance * np.vecdot(rest, rest) * (len(shown) / dof)
     inflation = float(np.vecdot(rest, rest).sum()) / dof
