@@ -1,9 +1,10 @@
 """What the journal holds, as values: the vocabulary between engine, journal, report and solver."""
 
+from array import array
 from bisect import insort
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from math import isfinite, sqrt
 
@@ -109,6 +110,11 @@ class DwellRecord:
     motion: MotionRecord | None = None
 
 
+def without_readings(dwell: DwellRecord) -> DwellRecord:
+    """Return what whoever keeps many dwells needs of one: its samples are many times the rest, and in the journal."""
+    return replace(dwell, readings={})
+
+
 def read_back_rad(dwells: Sequence[DwellRecord]) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Return the (K,) pitch, roll and yaw where dwells stood by their read-back; no yaw where none has that axis.
 
@@ -200,7 +206,8 @@ class NoiseReference:
     """The scatter that each channel is known to have, from the dwells accepted so far."""
 
     def __init__(self) -> None:
-        self._variances_v2: dict[str, list[float]] = {}
+        self._variances_v2: dict[str, array[float]] = {}
+        """Of every dwell, sorted."""
         self._degrees: dict[str, float] = {}
         self._pooled: dict[str, tuple[float, int]] = {}
         """Sum of squares and degrees of freedom, of all readings."""
@@ -213,7 +220,7 @@ class NoiseReference:
             degrees = reading.samples.size - 1
             if degrees >= 1:
                 variance_v2 = reading.standard_deviation**2 / median_variance_ratio(degrees)
-                insort(self._variances_v2.setdefault(channel, []), variance_v2)
+                insort(self._variances_v2.setdefault(channel, array("d")), variance_v2)
                 self._degrees[channel] = self._degrees.get(channel, 0.0) + degrees_of_median(degrees)
                 squares_v2, pooled = self._pooled.get(channel, (0.0, 0))
                 of_dwell_v2 = degrees * reading.standard_deviation**2
@@ -223,7 +230,7 @@ class NoiseReference:
 
     def standard_deviation(self, channel: str) -> float | None:
         """Return the standard deviation; None until enough dwells were accepted."""
-        known = self._variances_v2.get(channel, [])
+        known = self._variances_v2.get(channel, array("d"))
         if len(known) < FEWEST_DWELLS:
             return None
         middle = len(known) // 2

@@ -15,8 +15,8 @@ ENOUGH = "enough"
 def is_enough_measured(context: RunContext, plan: Plan, dwells: Iterable[DwellRecord]) -> bool:
     """Return whether nothing more needs to be measured; False in the middle of a replication.
 
-    ``plan``: of the sensors that remain. The same dwells give the same answer, so a resumed run ends where an
-    uninterrupted one does.
+    ``plan``: of the sensors that remain. ``dwells``: with their readings where the plan is sequential. The same dwells
+    give the same answer, so a resumed run ends where an uninterrupted one does.
 
     Raises: PlanError where nobody can judge, AmsError where the replications cannot be solved.
     """

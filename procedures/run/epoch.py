@@ -13,14 +13,14 @@ intent → move → arrival by read-back → settle → look, read, look → jud
 
 from collections import defaultdict, deque
 from functools import partial
-from itertools import count
+from itertools import chain, count
 from math import inf
 
 from procedures.common_mode.visit_watch import Judged, VisitWatch, way_out
 from procedures.journal.voids import DROPPED, key_of, void_detail
 from procedures.plan.adaptive import Readings
 from procedures.plan.steps import Dwell, Soak, Step
-from procedures.records.dwells import DwellRecord, Measurement
+from procedures.records.dwells import DwellRecord, Measurement, without_readings
 from procedures.records.progress import COMMON_MODE, MADE_AGAIN
 from procedures.records.states import State
 from procedures.run.adaptive_dwells import AdaptiveDwells
@@ -98,7 +98,7 @@ class Epoch:
 
     def _end_where_enough(self) -> None:
         """Leave out what is left where ``[stop]`` says that whole replications are enough."""
-        if is_enough_measured(self._context, self._suspects.plan, [*self._history.dwells, *self._accepted]):
+        if is_enough_measured(self._context, self._suspects.plan, chain(self._history.dwells, self._accepted)):
             self._left.clear()
 
     def _check_rig(self) -> None:
@@ -264,7 +264,7 @@ class Epoch:
     def _keep(self, record: DwellRecord) -> DwellRecord:
         """Learn from a dwell: accepted ones judge later ones, in the order in which an uninterrupted run takes them."""
         if record.accepted:
-            self._accepted.append(record)
+            self._accepted.append(record if self._plan.sequential is not None else without_readings(record))
             self._suspects.learn(record)
             if record.purpose == "check":
                 self._checks[record.step] = record

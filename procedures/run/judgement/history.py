@@ -6,6 +6,7 @@ that an interrupted run judges alike.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 
 from procedures.common_mode.check_sets import accepted_epochs, first_checks, steps_in_mid_run
@@ -82,8 +83,15 @@ class History:
 
     def attempts(self, step: int) -> int:
         """Return the judged attempts of a step so far, outside the check set."""
-        judged = (dwell.attempt for dwell in self.dwells if dwell.step == step and dwell.purpose != "check")
-        return max(judged, default=0)
+        return self._judged_attempts.get(step, 0)
+
+    @cached_property
+    def _judged_attempts(self) -> Mapping[int, int]:
+        judged: dict[int, int] = {}
+        for dwell in self.dwells:
+            if dwell.purpose != "check":
+                judged[dwell.step] = max(judged.get(dwell.step, 0), dwell.attempt)
+        return judged
 
     @property
     def measured_once(self) -> tuple[DwellRecord, ...]:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ams.arrays import FloatArray
 from ams.frames import ANGLES, specific_force
-from procedures.records.dwells import DwellRecord
+from procedures.records.dwells import DwellRecord, without_readings
 from rig.description.rig_file import Sensor
 
 LEAST_G = 0.002
@@ -40,7 +40,9 @@ class Doubt:
     kind: Literal["channels", "slip", "unexplained"]
     reasons: tuple[str, ...]
     dubious: tuple[DwellRecord, ...] = ()
-    """Accepted dwells before it that would have looked right all the same; never of the check set."""
+    """Accepted dwells before it that would have looked right all the same, without their readings; never of the check
+    set.
+    """
 
 
 @dataclass
@@ -87,6 +89,21 @@ class _Seen:
     attitude_deg: Mapping[str, float]
 
 
+@dataclass(frozen=True, slots=True)
+class _Kept:
+    """A dwell that was learned, as small as it can be told again."""
+
+    dwell: DwellRecord
+    """Without its readings."""
+    channels: tuple[str, ...]
+    """One and the same for all that were read alike."""
+    values_g: FloatArray
+
+    @property
+    def seen(self) -> _Seen:
+        return _Seen(dict(zip(self.channels, self.values_g.tolist(), strict=True)), self.dwell.measured_deg)
+
+
 class RunningFit:
     """Of packages on a table with pitch, roll and yaw; of anything else it knows nothing and doubts nothing."""
 
@@ -94,7 +111,7 @@ class RunningFit:
         self._sensors = sensors
         self._increments_deg = increments_deg
         self._lines: dict[str, _Line] = {}
-        self._kept: list[DwellRecord] = []
+        self._kept: list[_Kept] = []
         self.forget()
 
     def forget(self) -> None:
@@ -111,7 +128,10 @@ class RunningFit:
         for channel, value_g in seen.values_g.items():
             line = self._lines[channel]
             line.learn(bases[line.rolls], value_g)
-        self._kept.append(dwell)
+        channels = tuple(seen.values_g)
+        if self._kept and self._kept[-1].channels == channels:
+            channels = self._kept[-1].channels
+        self._kept.append(_Kept(without_readings(dwell), channels, np.array(list(seen.values_g.values()))))
 
     def doubt(self, dwell: DwellRecord) -> Doubt | None:
         """Return what contradicts a dwell; None where every channel is near its prediction, or nothing is predicted."""
@@ -159,9 +179,8 @@ class RunningFit:
         value_g, limit_g = expected[other]
         return scale * value_g, abs(scale) * limit_g
 
-    def _permuted(self, swapped: Mapping[str, str], before: DwellRecord) -> bool:
+    def _permuted(self, swapped: Mapping[str, str], seen: _Seen) -> bool:
         """Return whether a dwell would look right with its channels changed as well."""
-        seen = self._seen(before)
         expected = self._expected(seen.attitude_deg)
         return all(
             _is_near(seen.values_g[name], self._as_read(name, other, expected))
@@ -176,23 +195,20 @@ class RunningFit:
         for axis, by_deg in _slips(seen.attitude_deg, self._increments_deg):
             if self._fits(axis, by_deg, seen):
                 sentence = f"{axis}: every sensor reads as if it stood {by_deg:+g}° from its own read-back"
-                return Doubt("slip", (sentence,), self._hidden(partial(self._would_fit, axis, by_deg)))
+                return Doubt("slip", (sentence,), self._hidden(partial(self._fits, axis, by_deg)))
         return None
-
-    def _would_fit(self, axis: str, by_deg: float, before: DwellRecord) -> bool:
-        return self._fits(axis, by_deg, self._seen(before))
 
     def _fits(self, axis: str, by_deg: float, seen: _Seen) -> bool:
         expected = self._expected({**seen.attitude_deg, axis: seen.attitude_deg[axis] + by_deg})
         return all(_is_near(value, expected[name]) for name, value in seen.values_g.items())
 
-    def _hidden(self, would_fit: Callable[[DwellRecord], bool]) -> tuple[DwellRecord, ...]:
+    def _hidden(self, would_fit: Callable[[_Seen], bool]) -> tuple[DwellRecord, ...]:
         """Return the last dwells in a row that fit the explanation as well as the truth."""
         found: list[DwellRecord] = []
-        for dwell in reversed(self._kept):
-            if dwell.purpose == "check" or not would_fit(dwell):
+        for kept in reversed(self._kept):
+            if kept.dwell.purpose == "check" or not would_fit(kept.seen):
                 break
-            found.append(dwell)
+            found.append(kept.dwell)
         return tuple(reversed(found))
 
     def _unexplained(self, seen: _Seen, doubted: Iterable[str]) -> Doubt:
