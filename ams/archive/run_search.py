@@ -148,8 +148,7 @@ def _holds(column: ColumnElement[str], word: str) -> ColumnElement[bool]:
 
 
 def _by_key(rows: Iterator[tuple[str, str]]) -> Mapping[str, tuple[str, ...]]:
-    found: dict[str, list[str]] = {}
+    found: dict[str, dict[str, None]] = {}
     for key, value in rows:
-        if value not in found.setdefault(key, []):
-            found[key].append(value)
+        found.setdefault(key, {})[value] = None
     return {key: tuple(values) for key, values in found.items()}

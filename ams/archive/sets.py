@@ -6,12 +6,13 @@ found and left are published by :mod:`ams.archive.runs`; this file holds what is
 """
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from datetime import date, datetime
 from typing import Any
 
-from sqlalchemy import ColumnElement, Connection, Select, case, not_, select
+from sqlalchemy import ColumnElement, Connection, Select, case, false, not_, select
 
 from ams.archive.approvals import (
     accepted_verdicts,
@@ -24,7 +25,7 @@ from ams.archive.approvals import (
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
 from ams.archive.quarantines import is_quarantined
-from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS
+from ams.archive.tables import ADJUSTMENTS, COEFFICIENTS, POINTS, QUARANTINES, SETS, VERDICTS, in_code_points
 from ams.errors import ArchiveError, ArchiveUnknown, SetError
 from ams.exports.json_text import from_json, parsed, to_json
 from ams.sets.canonical import Document, listed, table
@@ -36,6 +37,7 @@ from ams.surveillance.history_points import point_row
 
 BUSY_TIMEOUT_S = 10.0
 SHORTEST_KEY = 6
+_HEX = re.compile(r"[0-9a-f]*")
 
 
 @dataclass(frozen=True)
@@ -189,8 +191,10 @@ def find_set(connection: Connection, key: str) -> str:
     sound = [SETS.c.sensor == key, not_(is_quarantined(SETS.c.sha256))]
     rows = connection.execute(_query([SETS.c.sha256], sound)).scalars().all()[-1:]
     if not rows and len(key) >= SHORTEST_KEY:
-        begins = SETS.c.sha256.startswith(key.lower(), autoescape=True)
-        rows = connection.execute(_query([SETS.c.sha256], [begins])).scalars().all()
+        begins, sha256 = key.lower(), in_code_points(connection, SETS.c.sha256)
+        # A range, which the index answers; behind the digits of a checksum comes no g.
+        within = [sha256 >= begins, sha256 < f"{begins}g"] if _HEX.fullmatch(begins) else [false()]
+        rows = connection.execute(_query([SETS.c.sha256], within)).scalars().all()
     if len(rows) != 1:
         taken = connection.execute(_query([SETS.c.sha256], [SETS.c.sensor == key])).first() is not None
         found = ", ".join(sha256[:12] for sha256 in rows) or ("only sets in quarantine" if taken else "nothing")

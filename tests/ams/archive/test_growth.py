@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,13 +11,15 @@ from archive_kinds import Archive
 from archived_runs import a_run, a_sensor
 from sqlalchemy import Engine, Row, event, insert, select
 
-from ams.archive.connection import writing
+from ams.archive.connection import reading, writing
 from ams.archive.histories import history, population_of
+from ams.archive.run_search import _by_key
 from ams.archive.runs import adjustment_of, publish_run
 from ams.archive.sets import show
 from ams.archive.synthetic import Story, synthetic_archive
 from ams.archive.tables import QUARANTINES, SETS, SIGNATURES
 from ams.archive.taken_back import latest_sets_before
+from ams.errors import ArchiveUnknown
 from ams.surveillance.between_runs import pooled_scatter
 from bench.archive import fill
 
@@ -96,11 +99,13 @@ def test_what_is_asked_of_one_sensor_takes_no_longer_in_an_archive_four_times_as
     for sensors in (SMALL, LARGE):
         url = f"sqlite:///{tmp_path / f'{sensors}.sqlite'}"
         sensor = grown(url, sensors)
+        begins = show(url, "AA1").sha256[:8]
         third = [a_sensor(400, f"AA{at}") for at in (1, 2)]
         works: dict[str, Callable[[], object]] = {
             "population": lambda url=url, sensor=sensor: population_of(url, sensor, only_needed=True),
             "history": lambda url=url: history(url, "AA1"),
             "show": lambda url=url: show(url, "AA1"),
+            "show of a checksum": lambda url=url, begins=begins: show(url, begins),
             "adjustment": lambda url=url: adjustment_of(url, "AA1"),
             "sets before": lambda url=url: latest_sets_before(url, ["AA1", "AA2"], "another", is_simulated=False),
             "publish": lambda url=url, third=third: publish_run(url, a_run(400), third, a_run(400).ended_utc),
@@ -109,6 +114,53 @@ def test_what_is_asked_of_one_sensor_takes_no_longer_in_an_archive_four_times_as
             taken.setdefault(name, []).append(steps_of(work))
     assert all(small > 50 for small, _ in taken.values())
     assert {name: large - small for name, (small, large) in taken.items() if large > 1.1 * small} == {}
+
+
+def test_a_checksum_that_is_begun_is_looked_up_in_the_index(archive: Archive) -> None:
+    """As the database plans it: the whole table was scanned, each document behind it read."""
+    sensor = grown(archive.url, SMALL)
+    begins = show(archive.url, sensor).sha256[:8]
+    asked: list[tuple[str, Any]] = []
+
+    def watch(_connection: object, _cursor: object, statement: str, parameters: Any, *_: object) -> None:
+        asked.append((statement, parameters))
+
+    event.listen(Engine, "before_cursor_execute", watch)
+    try:
+        show(archive.url, begins.upper())
+    finally:
+        event.remove(Engine, "before_cursor_execute", watch)
+    ((statement, parameters),) = [entry for entry in asked if "sets.sha256 <" in entry[0] or "COLLATE" in entry[0]]
+    if archive.url.startswith("sqlite"):
+        with reading(archive.url, 10.0) as connection:
+            plan = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", parameters).all()
+        assert any("SEARCH sets USING" in row[-1] and "sha256>?" in row[-1] for row in plan), plan
+        assert not any("SCAN" in row[-1] for row in plan), plan
+
+
+def test_sensors_of_one_run_are_gathered_without_comparing_each_with_each() -> None:
+    compared = 0
+
+    class Counting(str):
+        __slots__ = ()
+
+        def __eq__(self, other: object) -> bool:
+            nonlocal compared
+            compared += 1
+            return str.__eq__(self, str(other))
+
+        __hash__ = str.__hash__
+
+    rows = [("run-1", Counting(f"SN{at}")) for at in (*range(300), *range(300))]
+    assert _by_key(iter(rows)) == {"run-1": tuple(f"SN{at}" for at in range(300))}
+    assert compared <= 3 * len(rows)
+
+
+@pytest.mark.parametrize("key", ["zzzzzz", "%%%%%%", "______", "abcdefg"])
+def test_what_is_no_beginning_of_a_checksum_fits_none(archive: Archive, key: str) -> None:
+    grown(archive.url, SMALL)
+    with pytest.raises(ArchiveUnknown, match="found nothing"):
+        show(archive.url, key)
 
 
 def test_either_kind_of_archive_reads_the_sensors_that_follow_by_code_points(
