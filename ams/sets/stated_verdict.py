@@ -51,7 +51,8 @@ def stated_verdict(document: Document) -> str | None:
 def verdict_in_words(document: Document) -> str | None:
     """Return the verdict of a set or of a fit with its grounds, such as ``not usable: … (x: sensor-change)``.
 
-    None where the document tells none.
+    Of one that is usable with what the data show all the same (``y: wrong-dwell``), which the stated uncertainties
+    hold. None where the document tells none.
     """
     verdict = stated_verdict(document)
     if verdict is None:
@@ -59,7 +60,9 @@ def verdict_in_words(document: Document) -> str | None:
     if verdict == NOT_USABLE:
         grounds = grounds_in_words(document)
         return f"{verdict}: {grounds}" if grounds else verdict
+    shown = _named(document, lambda _: True)
     said = "the warnings must be read first" if verdict == "usable" else "nothing speaks against it"
+    said = f"the data show {shown}, which the stated uncertainties hold; {said}" if shown else said
     return f"{verdict}: {said}{conditions_in_words(document)}"
 
 

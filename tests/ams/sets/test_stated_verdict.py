@@ -60,3 +60,11 @@ def test_a_set_has_a_ground_where_and_only_where_its_calibration_is_not_usable(f
     document = build_set(calibration, provenance()).document
     assert document["verdict"] == calibration.verdict
     assert (grounds_in_words(document) != "") is (calibration.verdict == NOT_USABLE)
+
+
+@pytest.mark.parametrize(("found", "shown"), [((HELD,), "x: quadratic"), ((), ""), ((NOT_SIGNIFICANT,), "")])
+def test_what_the_data_show_of_a_usable_set_stands_in_its_verdict(found: tuple[Finding, ...], shown: str) -> None:
+    """A dwell that was off by 110 000 standard deviations left the words of a verdict as they were without it."""
+    words = verdict_in_words(document_of(x=found))
+    assert ("the data show" in str(words)) == bool(shown)
+    assert shown in str(words)
