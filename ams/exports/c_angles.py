@@ -14,13 +14,13 @@ from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import INVERSE_STEPS, ROUNDING_DEG, is_straight
 
 TEXT: Final = (
-    "PREFIX_angles(outputs_v, temperature_degc, pitch_deg, roll_deg) returns 0 where all is well, -1 where there are "
-    "no angles, else the sum of PREFIX_ROLL_UNDETERMINED (near the vertical; roll is NAN), PREFIX_OUTPUTS_DISAGREE "
+    "@p@_angles(outputs_v, temperature_degc, pitch_deg, roll_deg) returns 0 where all is well, -1 where there are "
+    "no angles, else the sum of @P@_ROLL_UNDETERMINED (near the vertical; roll is NAN), @P@_OUTPUTS_DISAGREE "
     "(what the three sense is longer or shorter than gravity by more than calibration and readings explain: an output"
-    " is wrong, and no one knows by this row which; do not use the angles) and PREFIX_OUTSIDE_VALIDITY (pitch, roll, "
-    "or temperature where it is a number; NAN: not known). Before #include, define PREFIX_GRAVITY_AT_USE_MPS2 where "
-    "gravity is another than that of the calibration, and PREFIX_REDUNDANCY_LIMIT, the largest | |f|^2 - 1 |, and "
-    "PREFIX_LEAST_ACROSS, the least part of f across the longitudinal axis that tells roll, where single readings are"
+    " is wrong, and no one knows by this row which; do not use the angles) and @P@_OUTSIDE_VALIDITY (pitch, roll, "
+    "or temperature where it is a number; NAN: not known). Before #include, define @P@_GRAVITY_AT_USE_MPS2 where "
+    "gravity is another than that of the calibration, and @P@_REDUNDANCY_LIMIT, the largest | |f|^2 - 1 |, and "
+    "@P@_LEAST_ACROSS, the least part of f across the longitudinal axis that tells roll, where single readings are"
     " less sharp than the dwells of the calibration, or the package is shaken."
 )
 _CODES: Final = {"roll_undetermined": 1, "outputs_disagree": 2, "outside_validity": 4}

@@ -4,7 +4,7 @@ Whoever has only the header can evaluate the set and see that he does it right: 
 vector and returns the largest relative error, which is to be at most 1e-12.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from ams.errors import SetError
 from ams.exports.c_angles import TEXT as ANGLES_TEXT
@@ -42,17 +42,17 @@ CHECKSUM_LINES = tuple(c_checksum_line("C header", HEAD.format(version)) for ver
 """Of every version; all are read."""
 _VERDICT_SINCE, _ANGLES_SINCE = 2, 3
 """The versions that had their macros first."""
-FUNCTION_TEXT = [
-    "Functions: PREFIX_force(INPUTS, f) gives what the sensors sense; PREFIX_AXIS_UNIT(f, temperature_degc) the "
-    "output in OUTPUT (temperature_degc is ignored where the set has no temperature coefficients), and does not check "
-    "the validity: compare with the PREFIX_..._MIN and _MAX macros. PREFIX_self_test() must return at most 1e-12.",
-]
+FUNCTION_TEXT = (
+    "Functions: @p@_force(@inputs@, f) gives what the sensors sense; @outputs@, each of (f, temperature_degc), the "
+    "output in @unit@ (temperature_degc is ignored where the set has no temperature coefficients). They do not check "
+    "the validity@limits@. @p@_self_test() must return at most 1e-12."
+)
 CENTRED_TEXT = (
     "Coefficients: the macros by the names of the equations below are the coefficients of the set, and the tables "
-    "PREFIX_AXIS_covariance are theirs; offset and k alone are the linear sensor that comes closest over the points of "
-    "the calibration. PREFIX_AXIS_SENSED_K_X_... and so on are no coefficients: they are k minus what the centring of "
-    "the terms of second and third order takes off it, PREFIX_AXIS_SENSED_CONSTANT_V is minus the constant that it "
-    "takes off. The functions have the same equations by these, with the terms as they are: output = offset + "
+    "@covariances@ are theirs; offset and k alone are the linear sensor that comes closest over the points of the "
+    "calibration. @P@_@A@_@KX@ and so on are no coefficients: they are k minus what the centring of the terms of "
+    "second and third order takes off it, @P@_@A@_SENSED_CONSTANT_V is minus the constant that it takes off; every "
+    "axis has its own. The functions have the same equations by these, with the terms as they are: output = offset + "
     "sensed_k*f + terms + sensed_constant."
 )
 OUTPUT = """
@@ -107,19 +107,12 @@ def to_c_header(coefficients: CoefficientSet) -> bytes:
     """Return a set as the bytes of a C header. Raises: SetError where C has no form of the equations here."""
     form = _form(coefficients)
     prefix = prefix_of(coefficients)
-    unit = form.measured_unit
-    words = {
-        "PREFIX": prefix,
-        "INPUTS": ", ".join(form.inputs),
-        "UNIT": unit,
-        "OUTPUT": "volts" if unit == "v" else UNITS.get(unit, unit),
-    }
     guard = f"{prefix}_h".upper()
     lines = [
         *opening(
             coefficients,
             HEAD.format(len(CHECKSUM_LINES)),
-            [refusal_text(prefix), *(_worded(text, words) for text in _texts(coefficients))],
+            [refusal_text(prefix), *_texts(coefficients, prefix, form)],
         ),
         *(f"#ifndef {guard}", f"#define {guard} 1", "#include <math.h>", ""),
         *_macros(coefficients, prefix),
@@ -158,16 +151,25 @@ def _form(coefficients: CoefficientSet) -> SetForm:
     return next(iter(coefficients.axes.values())).form
 
 
-def _texts(coefficients: CoefficientSet) -> list[str]:
-    is_centred = any(numbers.centring is not None for numbers in coefficients.axes.values())
-    has_angles = is_package(coefficients.axes)
-    return [*FUNCTION_TEXT, *([ANGLES_TEXT] if has_angles else []), *([CENTRED_TEXT] if is_centred else [])]
-
-
-def _worded(text: str, words: Mapping[str, str]) -> str:
-    for name, word in words.items():
-        text = text.replace(name, word)
-    return text
+def _texts(coefficients: CoefficientSet, prefix: str, form: SetForm) -> list[str]:
+    """Return what the comment says of the functions, every name in it as the code has it."""
+    unit, axes = form.measured_unit, coefficients.axes
+    limits = [name.upper() for name, _ in _limits(coefficients, prefix)]
+    words = {
+        "p": prefix,
+        "P": prefix.upper(),
+        "inputs": ", ".join(form.inputs),
+        "outputs": ", ".join(f"{prefix}_{axis}_{unit}" for axis in axes),
+        "unit": "volts" if unit == "v" else UNITS.get(unit, unit),
+        "limits": f": compare with {', '.join(limits)}" if limits else "",
+    }
+    texts = [FUNCTION_TEXT, *([ANGLES_TEXT] if is_package(axes) else [])]
+    centred = next((numbers for numbers in axes.values() if numbers.centring is not None), None)
+    if centred is not None:
+        words["covariances"] = ", ".join(f"{prefix}_{axis}_covariance" for axis in axes)
+        words |= {"A": centred.axis.upper(), "KX": sensed_names(centred)[0].upper()}
+        texts.append(CENTRED_TEXT)
+    return [" ".join(filled(text, words)) for text in texts]
 
 
 def _macros(coefficients: CoefficientSet, prefix: str, version: int = len(CHECKSUM_LINES)) -> list[str]:
@@ -176,10 +178,7 @@ def _macros(coefficients: CoefficientSet, prefix: str, version: int = len(CHECKS
         *(verdict_lines(coefficients, prefix) if version >= _VERDICT_SINCE else []),
         defined(f"{prefix}_gravity_mps2", coefficients.gravity_mps2),
     ]
-    for name, limits in table(coefficients.document["validity"]).items():
-        quantity, unit_text = name.rsplit("_", 1)
-        for end, value in zip(("min", "max"), listed(limits), strict=False):
-            lines.append(defined(f"{prefix}_{quantity}_{end}_{unit_text}", number(value)))
+    lines.extend(defined(name, value) for name, value in _limits(coefficients, prefix))
     for numbers in coefficients.axes.values():
         lines.append(defined(f"{prefix}_{numbers.axis}_polarity", polarity(numbers)))
         lines.append(defined(f"{prefix}_{numbers.axis}_scale_{numbers.form.measured_unit}", numbers.scale_v))
@@ -187,6 +186,16 @@ def _macros(coefficients: CoefficientSet, prefix: str, version: int = len(CHECKS
     if version >= _ANGLES_SINCE and is_package(coefficients.axes):
         lines.extend(angle_macros(coefficients, prefix))
     return [*lines, ""]
+
+
+def _limits(coefficients: CoefficientSet, prefix: str) -> list[tuple[str, float]]:
+    """Return the macros of the validity and their values."""
+    found = []
+    for name, limits in table(coefficients.document["validity"]).items():
+        quantity, unit_text = name.rsplit("_", 1)
+        for end, value in zip(("min", "max"), listed(limits), strict=False):
+            found.append((f"{prefix}_{quantity}_{end}_{unit_text}", number(value)))
+    return found
 
 
 def _tables(coefficients: CoefficientSet, prefix: str) -> list[str]:

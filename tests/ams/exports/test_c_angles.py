@@ -1,5 +1,6 @@
 """What a C program is told of the angles that it reads off three outputs."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -98,12 +99,14 @@ def test_good_packages_are_told_once_in_a_thousand_rows_at_most(package: Coeffic
 
 
 def test_gravity_at_use_is_that_of_the_place(package: CoefficientSet, tmp_path: Path) -> None:
-    """At the equator gravity is 0.2 % less: without being told so every row disagrees, with it none."""
+    """At the equator gravity is 0.2 % less: every row disagrees, none where it is defined as the comment says."""
     rows = [outputs_v(10.0, -40.0, gravity=9.78033 / 9.79826)]
     header = to_c_header(package)
     ((code, pitch, roll),) = told(tmp_path, header, rows)
     assert code == OUTPUTS_DISAGREE
-    there = "#define CALRIG_SN1047_GRAVITY_AT_USE_MPS2 9.78033\n"
+    comment = re.sub(r"\s*\n \* +", " ", header.decode())
+    (name,) = re.findall(r"define (\w+) where gravity is another", comment)
+    there = f"#define {name} 9.78033\n"
     assert told(tmp_path, header, rows, before=there) == [(0, pitch, roll)]
     assert (pitch, roll) == pytest.approx((10.0, -40.0), abs=1e-9)
 
@@ -112,9 +115,11 @@ def test_a_program_with_other_readings_states_its_own_bounds(package: Coefficien
     good = outputs_v(20.0, 30.0)
     shaken = OFFSET_V + 1.001 * (good - OFFSET_V)
     header = to_c_header(package)
+    comment = re.sub(r"\s*\n \* +", " ", header.decode())
+    ((limit, across),) = re.findall(r"and (\w+), the largest .*? and (\w+), the least part", comment)
     assert told(tmp_path, header, [shaken])[0][0] == OUTPUTS_DISAGREE
-    assert told(tmp_path, header, [shaken], before="#define CALRIG_SN1047_REDUNDANCY_LIMIT 0.01\n")[0][0] == 0
-    wide = "#define CALRIG_SN1047_LEAST_ACROSS 0.99\n"
+    assert told(tmp_path, header, [shaken], before=f"#define {limit} 0.01\n")[0][0] == 0
+    wide = f"#define {across} 0.99\n"
     assert told(tmp_path, header, [good], before=wide)[0][0] == ROLL_UNDETERMINED
 
 

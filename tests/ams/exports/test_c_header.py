@@ -9,6 +9,7 @@ import pytest
 from c_program import needs_compiler, printed
 from cr_outputs import TABLE_4, accelerometer_v, gyro_v
 from foreign_sets import bending, hostile, quadratic, warm
+from line_sets import triad_set
 from not_usable import set_not_usable, set_usable
 from solved import provenance, solved_package
 from solved_sets import TRUTH, bent_set, gyro_set, package_set
@@ -87,11 +88,44 @@ def test_macros_and_tables_by_the_names_of_coefficients_hold_those_of_the_set(tm
 
 
 def test_the_comment_tells_coefficients_from_what_the_functions_take(package: CoefficientSet) -> None:
-    told = "SENSED_K_X_... and so on are no coefficients"
+    told = "CALRIG_SN1047_X_SENSED_K_X_V_PER_G and so on are no coefficients"
     text = re.sub(r"\s*\n \* +", " ", to_c_header(bent_set()).decode())
     assert told in text
     assert text.count("/* of the set's coefficients, in the order offset_v, k_x_v_per_g,") == 3
     assert "SENSED" not in to_c_header(package).decode(), "nothing is centred there"
+
+
+@pytest.mark.parametrize("to_header", [to_c_header, to_c_fixed])
+@pytest.mark.parametrize(
+    "make",
+    [
+        warm,
+        bending,
+        quadratic,
+        bent_set,
+        hostile,
+        triad_set,
+        gyro_set,
+        lambda: package_set("sting"),
+        lambda: package_set("model"),
+        lambda: build_set(solved_package(), provenance()),
+        lambda: build_set(solved_package(), provenance(sensor="VOLTS-PREFIX-OUTPUT UNIT INPUTS")),
+    ],
+)
+def test_every_name_of_ours_that_the_comment_says_is_in_the_code(
+    make: Callable[[], CoefficientSet], to_header: Callable[[CoefficientSet], bytes]
+) -> None:
+    try:
+        text = to_header(make()).decode()
+    except SetError:
+        assert to_header is to_c_fixed
+        return
+    opening, code = text.split(" */\n", 1)
+    in_code = set(re.findall(r"\w+", re.sub(r"/\*.*?\*/", "", code, flags=re.DOTALL)))
+    said = set(re.findall(r"\bcalrig_\w+", opening, flags=re.IGNORECASE))
+    assert len(said) >= 2
+    assert said <= in_code, said - in_code
+    assert not re.search(r"@|\b(PREFIX|AXIS)_", opening.split(" * sensor: ")[0])
 
 
 @pytest.mark.parametrize("make", [warm, bending, bent_set, lambda: build_set(solved_package(), provenance())])
