@@ -6,9 +6,12 @@ import numpy as np
 
 from ams.analysis.diagnostics.beliefs import LACK_OF_FIT, AxisTests
 from ams.analysis.diagnostics.declared.differing_replications import LARGEST, ShiftLimits
+from ams.analysis.diagnostics.declared.laid_points import is_alike_over_turns
 from ams.analysis.diagnostics.locations import alike_over
 from ams.analysis.diagnostics.size_words import Scale
 from ams.analysis.diagnostics.stated_limits import LARGEST_LACK
+from ams.analysis.diagnostics.tested_terms import AnyGyro, tested_base
+from ams.analysis.diagnostics.words.held_words import TURNS
 from ams.calibration.output.believed import Believed
 from ams.calibration.steps import step_words
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
@@ -48,12 +51,13 @@ def declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
 
 
 def lack_alike_over(seen: Believed, tests: AxisTests, departure: float) -> tuple[str, ...]:
-    """Return the axes of the table over whose indices a lack of fit that is told goes alike.
+    """Return the axes of the table over whose indices a lack of fit that is told goes alike; of gyros :data:`TURNS`.
 
     None where it is within the ``departure`` that is declared of the sensor, which may be alike.
     """
     if not tests.is_significant.get(LACK_OF_FIT) or tests.tests[LACK_OF_FIT].size <= departure:
         return ()
-    if seen.accelerometer is None:
-        return ()
-    return alike_over(seen.evidence, seen.index, seen.evidence.layout.mean_by_point(seen.taken))
+    known = seen.evidence.layout.mean_by_point(seen.taken)
+    if isinstance(tested_base(seen.evidence.models[seen.index]), AnyGyro):
+        return (TURNS,) if is_alike_over_turns(seen.evidence, seen.index, known) else ()
+    return () if seen.accelerometer is None else alike_over(seen.evidence, seen.index, known)

@@ -22,8 +22,9 @@ from ams.analysis.diagnostics.beliefs import (
 from ams.analysis.diagnostics.declared.declared_axis import direction_findings
 from ams.analysis.diagnostics.declared.declared_signs import fits_other_angles
 from ams.analysis.diagnostics.declared.differing_replications import differing_replications
-from ams.analysis.diagnostics.declared.earth_on_gyros import EarthOnRates, earth_finding
+from ams.analysis.diagnostics.declared.earth_on_gyros import earth_finding
 from ams.analysis.diagnostics.declared.gravity_on_gyros import gravity_finding, gravity_on_zero
+from ams.analysis.diagnostics.declared.laid_points import laid_finding
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.facts import Moved, drift_in_parameters, temperature_confounded, time_confounded
 from ams.analysis.diagnostics.locations import Location
@@ -51,6 +52,7 @@ from ams.calibration.output.declared_limits import (
 )
 from ams.calibration.output.explained import (
     Explained,
+    Ground,
     without_course_or_noise,
     without_ground,
     without_locations,
@@ -133,12 +135,12 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     left = Explained(seen, made, seen.tested(made, limit, circumstances.family), limit, circumstances.family)
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left, locations = without_locations(left)
-    left, earth = without_ground(
+    left, ground = without_ground(
         without_memory(without_transient(left), together), declared_g_sensitivity(circumstances.shared)
     )
     steps = steps.beside(left.tests)
     tests = without_lesser_memories(with_steps(left.tests, steps))
-    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, earth, locations)
+    diagnosis = _diagnosis(left.seen.with_course(), tests, convicted, circumstances, limit, ground, locations)
     changes = map(step_words.as_stated, steps.findings)
     turned = (*backlash_findings(plays, tests, circumstances.table), *package_wide_findings(wide, tests))
     return replace(diagnosis, findings=(*clipped, *turned, *changes, *steps.with_undecided(diagnosis.findings)))
@@ -186,7 +188,7 @@ def _diagnosis(
     convicted: Convicted | None,
     circumstances: Circumstances,
     limit: TableLimit | None,
-    earth: EarthOnRates | None,
+    ground: Ground,
     locations: Sequence[Location],
 ) -> Diagnosis:
     evidence, solved, index = seen.evidence, seen.solved, seen.index
@@ -205,7 +207,7 @@ def _diagnosis(
         departure,
     )
     tests = limits.judged(tests)
-    gravity = _of_gravity(seen, tests, earth, circumstances.shared)
+    gravity = _of_gravity(seen, tests, ground, circumstances.shared)
     has_table = circumstances.table is not None
     words = AxisWords(
         scale,
@@ -222,7 +224,8 @@ def _diagnosis(
     findings = findings_of(tests, words, _worded(tests, scale, circumstances, convicted, limit, locations))
     return Diagnosis(
         (
-            *filter(None, [gravity, None if earth is None else earth_finding(earth, tests.conviction_level)]),
+            *([] if gravity is None else [gravity]),
+            *_of_ground(ground, tests),
             *findings,
             *drifted,
             *differing,
@@ -288,13 +291,16 @@ def _lack_is(
     )
 
 
-def _of_gravity(
-    seen: Believed, tests: AxisTests, earth: EarthOnRates | None, shared: Sequence[SharedError]
-) -> Finding | None:
-    layout = seen.evidence.layout
-    known = layout.mean_by_point(np.zeros((layout.rows, 0)) if earth is None else earth.columns)
-    found = gravity_on_zero(seen.evidence, seen.index, known)
+def _of_gravity(seen: Believed, tests: AxisTests, ground: Ground, shared: Sequence[SharedError]) -> Finding | None:
+    found = gravity_on_zero(seen.evidence, seen.index, ground.columns(seen.evidence.layout))
     return gravity_finding(found, tests.conviction_level, declared_g_sensitivity(shared))
+
+
+def _of_ground(ground: Ground, tests: AxisTests) -> Iterator[Finding]:
+    if ground.laid is not None:
+        yield laid_finding(ground.laid)
+    if ground.earth is not None:
+        yield earth_finding(ground.earth, tests.conviction_level)
 
 
 def _drift_in_parameters(evidence: Evidence, solved: SolvedColumns, index: int, level: float) -> Iterator[Finding]:

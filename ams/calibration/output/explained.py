@@ -30,6 +30,7 @@ from ams.analysis.diagnostics.declared.gravity_on_gyros import (
     gravity_on_zero,
     is_declared,
 )
+from ams.analysis.diagnostics.declared.laid_points import LaidOtherwise, laid_otherwise
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.locations import Location
 from ams.analysis.diagnostics.low_order import OF_GYROS
@@ -58,6 +59,20 @@ _ALIKE = frozenset(column.name for column in COLUMNS)
 
 _LIKE_THE_EARTH = (LACK_OF_FIT, *OF_GYROS)
 """Tests of a gyro that ring where its rates lack the Earth's."""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What a gyro shows of what stands on the ground."""
+
+    laid: LaidOtherwise | None = None
+    """Points that are stated alike and read otherwise."""
+    earth: EarthOnRates | None = None
+
+    def columns(self, layout: Layout) -> FloatArray:
+        """Return (K, c) what of the points is told by it."""
+        parts = [part.columns for part in (self.laid, self.earth) if part is not None]
+        return layout.mean_by_point(np.hstack([np.zeros((layout.rows, 0)), *parts]))
 
 
 @dataclass(frozen=True)
@@ -193,25 +208,39 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
     return replace(without, tests=replace(without.tests, memories=left.tests.memories))
 
 
-def without_ground(left: Explained, limit_dps_per_g: float | None) -> tuple[Explained, EarthOnRates | None]:
-    """Return a gyro with what stands on the ground known to its points, and what it shows of the Earth's rotation.
+def without_ground(left: Explained, limit_dps_per_g: float | None) -> tuple[Explained, Ground]:
+    """Return a gyro with what stands on the ground known to its points, and what it shows of that.
 
-    The Earth, where the rates lack it, is told where it explains all that it passes for, and where it is needed beside
-    the terms of the scale factor. Gravity on the zero within ``limit_dps_per_g``, which is declared, goes before it
-    where the Earth is not needed beside that: nothing is told then.
+    Points that are stated alike and read otherwise go first: no equation explains them, and the others are judged
+    without them. The Earth, where the rates lack it, is told where it explains all that it passes for, and where it is
+    needed beside the terms of the scale factor. Gravity on the zero within ``limit_dps_per_g``, which is declared, goes
+    before it where the Earth is not needed beside that: nothing is told then.
     """
-    evidence, index, tests = left.seen.evidence, left.seen.index, left.tests
+    evidence, index = left.seen.evidence, left.seen.index
     if not isinstance(tested_base(evidence.models[index]), AnyGyro):
-        return left, None
-    nothing = np.zeros((evidence.layout.points, 0))
+        return left, Ground()
+    laid = laid_otherwise(evidence, index, evidence.layout.mean_by_point(left.seen.taken))
+    if laid is None or laid.p_value > left.tests.conviction_level:
+        left, earth = _without_earth(left, limit_dps_per_g, np.zeros((evidence.layout.points, 0)))
+        return left, Ground(None, earth)
+    beside = evidence.layout.mean_by_point(laid.columns)
+    left, earth = _without_earth(left.then({}, _known(left.seen, laid.columns)), limit_dps_per_g, beside)
+    return left, Ground(laid, earth)
+
+
+def _without_earth(
+    left: Explained, limit_dps_per_g: float | None, beside: FloatArray
+) -> tuple[Explained, EarthOnRates | None]:
+    """Return the same of the Earth and of gravity; ``beside``: (K, c) of the points that are known already."""
+    evidence, index, tests = left.seen.evidence, left.seen.index, left.tests
     passes = any(tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
-    if not (passes or _is_plain(gravity_on_zero(evidence, index, nothing), tests)):
+    if not (passes or _is_plain(gravity_on_zero(evidence, index, beside), tests)):
         return left, None
-    earth = earth_on_rates(evidence, index)
-    known = nothing if earth is None else evidence.layout.mean_by_point(earth.columns)
+    earth = earth_on_rates(evidence, index, beside)
+    known = beside if earth is None else np.hstack([beside, evidence.layout.mean_by_point(earth.columns)])
     is_beside = earth is not None and _is_plain(gravity_on_zero(evidence, index, known), tests)
     is_needed = earth is not None and earth.beside_gravity <= tests.conviction_level
-    alone = gravity_on_zero(evidence, index, nothing, beside_terms=False)
+    alone = gravity_on_zero(evidence, index, beside, beside_terms=False)
     force = force_columns(evidence)[evidence.layout.point]
     if not is_needed and (is_beside or is_declared(alone, tests.conviction_level, limit_dps_per_g)):
         return left.then({}, _known(left.seen, force)), None

@@ -17,7 +17,7 @@ import numpy as np
 
 from ams.analysis.diagnostics.declared.gravity_on_gyros import force_columns, mean_from_level
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.point_means import Joint, PointMeans, eliminate, spanned
+from ams.analysis.diagnostics.point_means import Joint, PointMeans, eliminate, independent, spanned
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S
@@ -54,11 +54,11 @@ class EarthOnRates:
     """The chance of it beside what gravity does to the zero; 1 where that leaves nothing of it."""
 
 
-def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
+def earth_on_rates(evidence: Evidence, output: int, known: FloatArray) -> EarthOnRates | None:
     """Return what the readings of a gyro show of a rate that is the Earth's, by its length.
 
-    None of other sensors, where the rates have the Earth's or a budget for it, where the attitudes do not show it, and
-    where what is shown is longer than it.
+    ``known``: (K, c) of the points that something else is told to do. None of other sensors, where the rates have the
+    Earth's or a budget for it, where the attitudes do not show it, and where what is shown is longer than it.
     """
     base = tested_base(evidence.models[output])
     has_earth = evidence.rows.from_level is not None
@@ -66,6 +66,7 @@ def earth_on_rates(evidence: Evidence, output: int) -> EarthOnRates | None:
         return None
     rows = np.einsum("i,nij->nj", evidence.primary[output][1:LINEAR_COLUMNS], mean_from_level(evidence.rows))
     linear, fitted = evidence.basis[:, :LINEAR_COLUMNS], evidence.basis[:, LINEAR_COLUMNS:]
+    linear = independent(np.hstack([linear, known]))
     across = spanned(linear)
     level = evidence.layout.mean_by_point(rows)
     _, lengths, along = np.linalg.svd(level - across @ (across.T @ level), full_matrices=False)

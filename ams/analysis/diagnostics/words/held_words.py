@@ -29,6 +29,14 @@ _ALIKE: Final = (
     "the stated uncertainties take it for errors that differ from attitude to attitude, and it goes alike over the "
     "attitudes of"
 )
+TURNS: Final = "turns"
+"""In place of axes of a table: the points of a gyro that turned about one axis."""
+_ALIKE_TURNS: Final = Said(
+    "the stated uncertainties take it for errors that differ from point to point, and it goes alike over all points "
+    "that turned about one axis, so that the offset holds more of it than is stated: what is not in the rows changed "
+    "as the package was laid another way, such as the Earth's rate that it sees, or gravity on the zero",
+    "put the Earth's rate into the rates of the rows, and look at the residuals by the axis that turned",
+)
 _TOO_LARGE: Final = Said(
     "that is more than 1 % of the sensitivity and than what is declared of table and sensor: points, angles or model "
     "are not those of the readings, and the stated uncertainties do not hold it",
@@ -64,8 +72,8 @@ def lack_words(
 ) -> Said:
     """Return whether a lack of fit is in the stated uncertainties, what explains it first.
 
-    ``alike_over``: axes of the table over whose indices it goes alike. ``has_table``: whether index errors of a table
-    are declared. ``is_of_levels``: whether known levels, not attitudes, are what the points differ by.
+    ``alike_over``: axes of the table over whose indices it goes alike, or :data:`TURNS`. ``has_table``: whether index
+    errors of a table are declared. ``is_of_levels``: whether known levels, not attitudes, are what points differ by.
     """
     if other_angles:
         return Said(_OF_ANGLES)
@@ -86,13 +94,16 @@ def _too_large(*, is_of_levels: bool) -> Said:
     return _FAR_FROM_LINE if is_of_levels else _TOO_LARGE
 
 
-def _alike_axes(findings: Iterable[Finding]) -> list[str]:
+def _alike_axes(findings: Collection[Finding]) -> list[str]:
     """Return the axes of the table that findings name so."""
     after = [finding.text.split(_ALIKE)[1] for finding in findings if _ALIKE in finding.text]
-    return [axis for axis in ("pitch", "roll") if any(f"of {axis}" in text for text in after)]
+    axes = [axis for axis in ("pitch", "roll") if any(f"of {axis}" in text for text in after)]
+    return [TURNS] if any(_ALIKE_TURNS.fact in finding.text for finding in findings) else axes
 
 
 def _alike(axes: Collection[str]) -> Said:
+    if TURNS in axes:
+        return _ALIKE_TURNS
     fact = (
         f"{_ALIKE} one index of {' and of '.join(axes)}, so that offset and sensitivities hold more of it than is "
         "stated"
