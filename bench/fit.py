@@ -70,7 +70,7 @@ def _at_scattered_angles(effort: Effort, table: TableUncertainty | None) -> Figu
     request = CalibrationRequest(nominal_axes={axis: axis for axis in "xyz"}, table=table)
     scattered_s, grid_s = (effort.best_s(partial(_solve_anew, *at, rng, request), repeats=2) for at in (angles, grid))
     what = f"{dwells} dwells at an angle each / on a grid{', certified' if table else ''}"
-    return Figure(what, scattered_s / grid_s, "×", 60.0 if table else 6.0, at_most=True, note=f"{scattered_s:.1f} s")
+    return Figure(what, scattered_s / grid_s, "×", 30.0 if table else 6.0, at_most=True, note=f"{scattered_s:.1f} s")
 
 
 def _solve_anew(

@@ -23,6 +23,7 @@ from ams.solve.components import Causes, ComponentColumns
 from ams.solve.layout import Layout
 from ams.solve.least_spread import no_less_than_noise
 from ams.solve.linear_form import LinearForm
+from ams.solve.lone_errors import lone_apart
 from ams.solve.replicated import ReplicatedSums, replicated_sums
 from ams.solve.scatter import few_points_of, points_scatter
 from ams.solve.whole_plots import WholePlots
@@ -235,7 +236,9 @@ def _generalised(basis: FloatArray, row_variance: FloatArray, joined: FloatArray
     """
     row_variance = np.maximum(
         row_variance, _SMALLEST_ROW_VARIANCE * np.mean(np.sum(joined**2, axis=-1), axis=-1)[:, None]
-    )[..., None]
+    )
+    alone, joined = lone_apart(joined)
+    row_variance = (row_variance + alone)[..., None]
     weighted_basis, weighted, turned = basis / row_variance, joined / row_variance, np.swapaxes(joined, -1, -2)
     inner = np.eye(joined.shape[-1]) + turned @ weighted
     weighted_basis = weighted_basis - weighted @ np.linalg.solve(inner, turned @ weighted_basis)

@@ -17,6 +17,7 @@ import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
 from ams.remembered import remembered
+from ams.solve.lone_errors import lone_apart
 from ams.solve.scatter import points_scatter
 from ams.statistics.distributions import f_tail
 
@@ -180,12 +181,14 @@ def eliminate(
 
 def gram_of(means: PointMeans, joined: FloatArray, variance: float) -> FloatArray:
     """Return the Gram matrix of the columns [basis | columns | y] under the inverse of the covariance."""
-    weighted = joined * (means.readings / variance)[:, None]
-    gram = weighted.T @ joined
     if means.common.shape[1] == 0:
-        return np.asarray(gram)
-    across = weighted.T @ means.common
-    inner = means.common.T @ (means.common * (means.readings / variance)[:, None])
+        return np.asarray((joined * (means.readings / variance)[:, None]).T @ joined)
+    alone, common = lone_apart(means.common)
+    weights = 1.0 / (variance / means.readings + alone)
+    weighted = joined * weights[:, None]
+    gram = weighted.T @ joined
+    across = weighted.T @ common
+    inner = common.T @ (common * weights[:, None])
     inner[np.diag_indices_from(inner)] += 1.0
     return np.asarray(gram - across @ np.linalg.solve(inner, across.T))
 
