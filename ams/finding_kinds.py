@@ -183,7 +183,8 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
     ),
     "time-confounded": KindOfFinding(
         "sensor",
-        "Time goes with attitude inside the replications, so that a drift passes for offset and sensitivity",
+        "Time goes with attitude inside the replications, or inside every laying, so that a drift passes for offset "
+        "and sensitivity",
         "Measure every replication to its end, in an order such as there-and-back, or solve with an even drift",
     ),
     "axis-undetermined": KindOfFinding(

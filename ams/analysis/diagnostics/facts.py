@@ -6,7 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.analysis.diagnostics.evidence import Evidence
-from ams.analysis.diagnostics.time_order import LARGEST_CORRELATION, EvenDrift, confounding, row_time
+from ams.analysis.diagnostics.time_order import (
+    LARGEST_CORRELATION,
+    EvenDrift,
+    confounding,
+    confounding_in_layings,
+    row_time,
+)
 from ams.arrays import FloatArray
 from ams.findings import Finding
 from ams.models.accelerometer import LINEAR_COLUMNS
@@ -108,36 +114,78 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
     )
 
 
+@dataclass(frozen=True)
+class _InOrder:
+    """How the order of time goes with the points: its correlation, where, and what passes for parameters by it."""
+
+    r: float
+    where: str
+    passes: str
+    otherwise: str
+    """Which order tells them apart."""
+
+    @property
+    def is_confounded(self) -> bool:
+        return self.r > LARGEST_CORRELATION
+
+
+def _in_replications(r: float) -> _InOrder:
+    passes = "a drift within a replication would pass for offset and sensitivity"
+    return _InOrder(r, "inside the replications", passes, "an order such as there-and-back")
+
+
+def _in_layings(evidence: Evidence, time_s: FloatArray) -> Iterator[_InOrder]:
+    """Yield how they go together inside the runs of rows of one laying, where they do."""
+    r = confounding_in_layings(evidence, LINEAR_COLUMNS, time_s)
+    if r is None or not r > LARGEST_CORRELATION:
+        return
+    if stimulus_of(evidence.models[0]) == "rate":
+        while_, otherwise = "while it turns about one axis", "alternate the senses at two rates or more"
+    else:
+        while_, otherwise = "from one move of the slower axis to the next", "take the other sense in every second row"
+    passes = (
+        "what comes back each time, such as a zero that warms up and is back at the next, would pass for sensitivity"
+    )
+    yield _InOrder(r, while_, passes, f"an order that goes there and back {while_}, or {otherwise}")
+
+
+def _even_drift_is_solved(evidence: Evidence) -> bool:
+    return DRIFT_NAME in evidence.models[0].primary_names
+
+
 def time_confounded(evidence: Evidence) -> Iterator[Finding]:
-    """Yield a finding on the order of the points; without times one that is not significant, of the order of rows."""
-    if evidence.rows.time_s is None:
+    """Yield a finding on the order of the points; without times one that is not significant, of the order of rows.
+
+    An even drift in the solution holds what goes on through the replications, not what comes back with every laying.
+    """
+    time_s = evidence.rows.time_s
+    if time_s is None:
         yield from _rows_confounded(evidence)
         return
-    r = confounding(evidence, LINEAR_COLUMNS, evidence.rows.time_s)
-    if r is None:
-        return
-    what, has_drift = stimulus_of(evidence.models[0]), DRIFT_NAME in evidence.models[0].primary_names
-    is_confounded = r > LARGEST_CORRELATION and not has_drift
-    fact = (
-        f"time and {what} go together inside the replications (correlation {r:.2f}, allowed "
-        f"{LARGEST_CORRELATION:g}): a drift within a replication would pass for offset and sensitivity and is not in "
-        "the uncertainties"
-        if is_confounded
-        else f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
-        f"{'; an even drift is in the solution' if has_drift else ''}"
-    )
-    what_to_do = (
-        "measure every replication to its end, in an order such as there-and-back, or take an even drift into the "
-        "solution (--time-term linear; [solve] time_term)"
-    )
-    yield Finding(
-        "time-confounded",
-        fact,
-        is_confounded,
-        None,
-        details={"test": "time with attitude", "correlation": r},
-        what_to_do=what_to_do if is_confounded else "",
-    )
+    r = confounding(evidence, LINEAR_COLUMNS, time_s)
+    what, has_drift = stimulus_of(evidence.models[0]), _even_drift_is_solved(evidence)
+    through = [] if r is None else [_in_replications(r)]
+    told = [found for found in through if found.is_confounded and not has_drift] or [*_in_layings(evidence, time_s)]
+    details: dict[str, float | str | None] = {"test": "time with attitude"}
+    for found in told:
+        fact = (
+            f"time and {what} go together {found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): "
+            f"{found.passes} and is not in the uncertainties"
+        )
+        by_term = (
+            ", or take an even drift into the solution (--time-term linear; [solve] time_term)"
+            if found in through
+            else ""
+        )
+        what_to_do = f"measure every replication to its end, in {found.otherwise}{by_term}"
+        details |= {"correlation": found.r}
+        yield Finding("time-confounded", fact, True, None, details=details, what_to_do=what_to_do)
+    if not told and r is not None:
+        fact = (
+            f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
+            f"{'; an even drift is in the solution' if has_drift else ''}"
+        )
+        yield Finding("time-confounded", fact, False, None, details={**details, "correlation": r})
 
 
 def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
@@ -152,16 +200,17 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
         yield Finding("time-confounded", fact, False, None, details={"test": _NO_ORDER}, what_to_do=what_to_do)
         return
     r = confounding(evidence, LINEAR_COLUMNS, passed)
-    if r is None or not r > LARGEST_CORRELATION or DRIFT_NAME in evidence.models[0].primary_names:
-        return
-    fact = (
-        f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
-        f"inside the replications (correlation {r:.2f}, allowed {LARGEST_CORRELATION:g}): a drift within a replication "
-        "would pass for offset and sensitivity, and is not in the uncertainty"
-    )
-    details: dict[str, float | str | None] = {"test": _ORDER_OF_ROWS, "correlation": r}
-    what_to_do = "give the column time_s, and use an order such as there-and-back"
-    yield Finding("time-confounded", fact, False, None, details=details, what_to_do=what_to_do)
+    through = [] if r is None or _even_drift_is_solved(evidence) else [_in_replications(r)]
+    told = [found for found in through if found.is_confounded] or [*_in_layings(evidence, passed)]
+    for found in told:
+        fact = (
+            f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
+            f"{found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): {found.passes}, and is not "
+            "in the uncertainty"
+        )
+        details: dict[str, float | str | None] = {"test": _ORDER_OF_ROWS, "correlation": found.r}
+        what_to_do = f"give the column time_s, and use {found.otherwise}"
+        yield Finding("time-confounded", fact, False, None, details=details, what_to_do=what_to_do)
 
 
 def untold_order(findings: Iterable[Finding]) -> tuple[str, ...]:

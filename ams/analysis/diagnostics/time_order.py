@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
-from ams.solve.dwell_order import settling_of_rows, turns_in_replication
+from ams.solve.dwell_order import rows_in_time, rows_of_one_laying, settling_of_rows, turns_in_replication
 from ams.solve.layout import Layout
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
@@ -222,13 +222,31 @@ def confounding(evidence: Evidence, linear: int, column: FloatArray | None) -> f
     """
     if column is None:
         return None
-    return _confounding(evidence.layout, evidence.basis, linear, column)
+    return _confounding(evidence.layout.replication, evidence.layout.point, evidence.basis, linear, column)
+
+
+def confounding_in_layings(evidence: Evidence, linear: int, column: FloatArray) -> float | None:
+    """Return the same inside the runs of rows of one laying, over all of them together.
+
+    What comes back with each of them is a saw-tooth over the replication, and goes with the points where the column
+    does so inside the runs. None also where no replication has more than one of them.
+    """
+    rows, layout = evidence.rows, evidence.layout
+    yaw_rad = np.zeros(layout.rows) if rows.yaw_rad is None else rows.yaw_rad
+    angles_rad = np.stack([rows.pitch_rad, yaw_rad, rows.roll_rad], axis=1)
+    order = rows_in_time(column, layout.rows)
+    run = rows_of_one_laying(order, layout.replication, angles_rad, rows.euler_rate_rad_s)
+    if run.max() < layout.replications:
+        return None
+    return _confounding(run, layout.point, evidence.basis, linear, column)
 
 
 @remembered(32)
-def _confounding(layout: Layout, basis: FloatArray, linear: int, column: FloatArray) -> float | None:
-    tested, q = _in_replications(layout, column[:, None])[:, 0], _taken_in_replications(layout, basis, linear)
-    dof = column.size - layout.replications
+def _confounding(group: IntArray, point: IntArray, basis: FloatArray, linear: int, column: FloatArray) -> float | None:
+    """Return it inside the groups of rows that (N,) numbers name, those of −1 left out."""
+    inside = group >= 0
+    tested, q = _in_groups(group[inside], column[inside, None])[:, 0], _taken_in_groups(group, point, basis, linear)
+    dof = tested.size - int(group.max()) - 1
     if dof <= q.shape[1] or not np.ptp(tested) > _NO_CHANGE:
         return None
     left = tested - q @ (q.T @ tested)
@@ -237,16 +255,17 @@ def _confounding(layout: Layout, basis: FloatArray, linear: int, column: FloatAr
 
 
 @remembered(16)
-def _taken_in_replications(layout: Layout, basis: FloatArray, linear: int) -> FloatArray:
-    """Return (N, q) orthonormal columns of what a linear sensor takes from the points inside the replications."""
-    q, sizes, _ = np.linalg.svd(_in_replications(layout, basis[layout.point, :linear]), full_matrices=False)
+def _taken_in_groups(group: IntArray, point: IntArray, basis: FloatArray, linear: int) -> FloatArray:
+    """Return (M, q) orthonormal columns of what a linear sensor takes from the points inside groups of rows."""
+    inside = group >= 0
+    q, sizes, _ = np.linalg.svd(_in_groups(group[inside], basis[point[inside], :linear]), full_matrices=False)
     return np.asarray(q[:, sizes > _NOTHING_LEFT * max(float(sizes[0]), _NOTHING_LEFT)])
 
 
-def _in_replications(layout: Layout, columns: FloatArray) -> FloatArray:
-    """Return (N, c) columns less their mean over the rows of each replication."""
-    readings = layout.sum_by_replication(np.ones(layout.rows))
-    return np.asarray(columns - (layout.sum_by_replication(columns) / readings[:, None])[layout.replication])
+def _in_groups(group: IntArray, columns: FloatArray) -> FloatArray:
+    """Return (M, c) columns less their mean over the rows of each group."""
+    sums = np.stack([np.bincount(group, weights=column) for column in columns.T], axis=1)
+    return np.asarray(columns - (sums / np.bincount(group)[:, None])[group])
 
 
 @dataclass(frozen=True)

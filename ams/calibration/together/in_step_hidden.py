@@ -12,10 +12,9 @@ import numpy as np
 
 from ams.arrays import FloatArray
 from ams.calibration.together.in_step_found import WAVES
-from ams.inputs.indices import has_moved
 from ams.observations import Observations
 from ams.remembered import remembered
-from ams.solve.dwell_order import attitudes_repeat, order_repeats, rows_in_time
+from ams.solve.dwell_order import attitudes_repeat, moves_of_slower_axes, order_repeats, rows_in_time
 from ams.solve.layout import Layout
 
 SAME_ORDER: Final = "the order of the points is the same in every replication"
@@ -49,9 +48,7 @@ def row_correlation(terms: FloatArray, pitch_rad: FloatArray, roll_rad: FloatArr
     phase, or an even course from its first dwell to its last. ``terms``: (K, P) at the points, ``pitch_rad`` and
     ``roll_rad`` (K,), all as every replication visits them. (0, 0) where an order has no rows.
     """
-    moves = [has_moved(angle) for angle in (pitch_rad, roll_rad)]
-    slower = min(moves, key=np.count_nonzero)
-    row = np.concatenate([[0], np.cumsum(slower)])
+    row = np.concatenate([[0], np.cumsum(moves_of_slower_axes(pitch_rad, roll_rad))])
     lengths = np.bincount(row)
     longest = int(lengths.max())
     if len(terms) < _SHORTEST_ROW * lengths.size or lengths.size == 1:
