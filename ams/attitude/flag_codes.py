@@ -65,6 +65,7 @@ WINDOW_SHORT: Final = 1 << 44
 FORCE_TURNED: Final = 1 << 45
 CONTRADICTED: Final = 1 << 46
 NO_REST: Final = 1 << 47
+OVERLOAD: Final = 1 << 48
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -112,6 +113,9 @@ WINDOW_WORDS: Final[Mapping[int, str]] = {
 }
 FROZEN_WORDS: Final[Mapping[int, str]] = {
     FROZEN: "output frozen: taken as missing",
+}
+OVERLOAD_WORDS: Final[Mapping[int, str]] = {
+    OVERLOAD: "overload: taken as missing",
 }
 TEMPERATURE_WORDS: Final[Mapping[int, str]] = {
     IMPOSSIBLE_TEMPERATURE: "temperature that no sensor stands: taken as missing",

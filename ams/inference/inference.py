@@ -26,6 +26,7 @@ from ams.inference.package.fixed_sensors import Kernel, kernel_of, name_suspects
 from ams.inference.package.packages import SpreadAngles, angles_from_packages, angles_from_sting
 from ams.inference.package.site_gravity import check_site_gravity, gravity_shares, shares_in_common
 from ams.inference.rows.angle_stream import SD_FACTOR, Answer, nothing, with_temperature_codes
+from ams.inference.rows.possible_rows import possible_readings, with_overload_codes
 from ams.inference.rows.used_beyond import codes_of_angles, senses_roll_within
 from ams.models.registry import MODELS
 from ams.sets.axis_section import lack_of_fit_of
@@ -211,12 +212,13 @@ class Inference:
         return {**found.columns, "flag": found.flags}
 
     def answer(self, readings: Mapping[str, FloatArray]) -> Answer:
-        """Answer (N,) readings by column; a row with a reading that is no finite number has no angles and says so.
+        """Answer (N,) readings by column; a row without a reading that can be has no angles and says so.
 
         Raises: DesignError, OutsideValidity where no row can be inferred.
         """
-        sets = [package.coefficients for package in self._packages]
-        return with_temperature_codes(self._in_blocks(readings), readings, sets)
+        sets, possible = [used.coefficients for used in self._packages], possible_readings(readings, self._packages)
+        found = with_temperature_codes(self._in_blocks(possible), readings, sets)
+        return with_overload_codes(found, readings, possible)
 
     def _in_blocks(self, readings: Mapping[str, FloatArray]) -> Answer:
         rows = readings[self.needed[0]].size

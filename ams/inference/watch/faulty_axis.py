@@ -35,6 +35,8 @@ _STEPS: Final = 30
 _SETTLED: Final = 1e-4
 _MOST_NOISE_G: Final = 0.05
 _LARGEST_SCALE: Final = 1e4
+_LEAST_STANDING: Final = 3
+"""Rows that disagree at one output, for it to be one that an axis stands at: a spike is none."""
 _LEAST_NOISE: Final = 1e-8
 """Of |û|² against the largest: where û is next to nothing its square has no noise to first order."""
 _BEND_STEPS: Final = 4
@@ -208,7 +210,7 @@ def judge(rows: PackageRows) -> Judgement:
     if right.explains and not right.is_worse_than(best):
         return Judgement(Cause.NOTHING, rows.rows)
     is_proven = right.chi_square > float(chi_square_quantile(PROVEN, right.dof))
-    if all(fault.standing == rows.rows for fault in found if fault.standing):
+    if sum(fault.standing == rows.rows for fault in found) == len(rows.sensors):
         return Judgement(Cause.UNMOVED, rows.rows, is_proven=is_proven)
     if not best.explains:
         return Judgement(Cause.UNEXPLAINED, rows.rows, is_proven=is_proven)
@@ -275,14 +277,18 @@ def _standing(rows: PackageRows, linear: _Linear, axis: int) -> Explanation:
     standing_v = []
     for mark in marks:
         at = np.abs(read - mark) <= near
+        if np.count_nonzero(at & disagree) < _LEAST_STANDING:
+            continue
         # A value that is passed is none that the axis stands at.
-        if np.count_nonzero(at & disagree) > 1 and not np.any(at & stands & disagree):
+        if not np.any(at & stands & disagree):
             standing_v.append(float(np.median(read[at])) + float(rows.offset_v[axis]))
         stands |= at
+    if not stands.any():
+        return Explanation(axis, np.inf, rows.rows, 1.0, 0.0, 0.0, 0.0)
     moves = ~stands
     chi_square = linear.solved(np.empty((rows.rows, 0)), moves)[2] if moves.any() else 0.0
     excess, sd = rows.shortest(axis)
-    impossible = np.maximum(excess / sd - _CLEAR_SD, 0.0)[stands]
+    impossible = np.maximum(excess / np.maximum(sd, np.finfo(float).tiny) - _CLEAR_SD, 0.0)[stands]
     dof = int(np.count_nonzero(moves)) + int(np.count_nonzero(impossible))
     chi_square += float(impossible @ impossible)
     return Explanation(axis, chi_square, dof, 1.0, 0.0, 0.0, 0.0, int(np.count_nonzero(stands)), tuple(standing_v))

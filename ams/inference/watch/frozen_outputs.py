@@ -1,6 +1,6 @@
 """Outputs that repeat one number though noise is to be seen: taken as missing, and told.
 
-So is a temperature that no sensor stands, before a filter or an average has it.
+So are a temperature that no sensor stands and an output that none gives, before a filter or an average has it.
 
 A digitiser that hangs goes on sending its last number. Where the noise of a reading is no less than the step of the
 output, one reading in four repeats the one before at most, moving or not, and a run of repeats is none of chance. A
@@ -18,6 +18,8 @@ from ams.attitude import flag_codes
 from ams.inference.gyros.gyro_package import GyroPackage
 from ams.inference.inference import Package
 from ams.inference.rows.angle_stream import CARRIED_CODES, OF_STREAMS, AngleStream, Answer
+from ams.inference.rows.possible_rows import OutputColumns, overload_codes, possible_readings, unit_by_column
+from ams.inference.watch.impossible_outputs import ImpossibleOutputs
 from ams.models.possible_temperature import (
     COLUMN,
     POSSIBLE,
@@ -46,6 +48,7 @@ _MOST_COUNTS: Final = 256
 _MOST_DIGITS: Final = 8
 _ROUNDING: Final = 1.2e-7
 """Of a number in single precision, relative: readings are taken to be no better than that."""
+_WORDS: Final = {**flag_codes.OVERLOAD_WORDS, **flag_codes.FROZEN_WORDS, **flag_codes.TEMPERATURE_WORDS}
 
 
 def noise_by_column(packages: Sequence[Package | GyroPackage], reading_sd_v: float | None) -> dict[str, float]:
@@ -195,15 +198,23 @@ def _last_digit_worth(values: FloatArray, digits: int) -> FloatArray:
 class FrozenOutputs:
     """An :class:`ams.inference.rows.angle_stream.AngleStream` before another one.
 
-    ``noise`` is the standard deviation of one reading by column, in the unit of its output; others are not looked at.
+    ``noise`` is the standard deviation of one reading by column, in the unit of its output; others do not freeze.
+    ``packages``: those that the columns are outputs of.
     Where the answers are not one for each row (``is_by_row`` false) what is missing is theirs to tell. ``untested``:
     columns that are told where they are the same number in all rows.
     """
 
     def __init__(
-        self, inner: AngleStream, noise: Mapping[str, float], *, is_by_row: bool = True, untested: Sequence[str] = ()
+        self,
+        inner: AngleStream,
+        noise: Mapping[str, float],
+        *,
+        packages: Sequence[OutputColumns] = (),
+        is_by_row: bool = True,
+        untested: Sequence[str] = (),
     ) -> None:
         self.inner, self.noise = inner, noise
+        self._packages, self._impossible = packages, ImpossibleOutputs(unit_by_column(packages))
         self._is_by_row = is_by_row
         self.frozen = dict.fromkeys(noise, 0)
         """Rows by column that were taken as missing."""
@@ -239,16 +250,19 @@ class FrozenOutputs:
         if not rows:
             return self._answered(self.inner.answer(readings))
         self.rows += rows
+        as_read, readings = readings, possible_readings(readings, self._packages)
+        codes = overload_codes(as_read, readings)
+        self._impossible.take(as_read, readings)
         for name, (least, most) in self._ends.items():
             finite = readings[name][np.isfinite(readings[name])]
             self._ends[name] = (finite.min(initial=least), finite.max(initial=most))
         with_temperature = np.count_nonzero(np.isfinite(readings[COLUMN])) if COLUMN in readings else 0
         self.rows_without_temperature += rows - int(with_temperature)
-        codes, changed = np.zeros(rows, dtype=np.uint64), dict(readings)
+        changed = dict(readings)
         beyond = impossible_temperature(readings)
         if beyond is not None:
             changed[COLUMN] = possible_temperatures(readings[COLUMN])
-            codes[beyond] = flag_codes.IMPOSSIBLE_TEMPERATURE
+            codes[beyond] |= np.uint64(flag_codes.IMPOSSIBLE_TEMPERATURE)
             read, (least, most) = readings[COLUMN][beyond], self._impossible_degc
             self._impossible_degc = (float(read.min(initial=least)), float(read.max(initial=most)))
             self.impossible_rows += read.size
@@ -285,7 +299,7 @@ class FrozenOutputs:
             for name, (least, most) in self._ends.items()
             if least == most and self.rows >= LEAST_ROWS and not self.frozen.get(name)
         ]
-        return (*frozen, *constant, *self._doubts_of_temperature())
+        return (*self._impossible.doubts(), *frozen, *constant, *self._doubts_of_temperature())
 
     def _doubts_of_temperature(self) -> Iterator[str]:
         if self.impossible_rows:
@@ -306,7 +320,12 @@ class FrozenOutputs:
         return bool(others) and all(self._outputs[other].shows_noise(self.noise[other]) for other in others)
 
     def _answered(self, found: Answer) -> Answer:
-        reasons = {**found.reasons, **flag_codes.FROZEN_WORDS, **flag_codes.TEMPERATURE_WORDS}
+        reasons = {
+            **found.reasons,
+            **flag_codes.FROZEN_WORDS,
+            **flag_codes.OVERLOAD_WORDS,
+            **flag_codes.TEMPERATURE_WORDS,
+        }
         if CARRIED_CODES in self.inner.optional or not self._is_by_row:
             return Answer(found.columns, found.codes, reasons)
         answered, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]

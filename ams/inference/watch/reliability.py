@@ -19,6 +19,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.inference.inference import Inference
 from ams.inference.rows.angle_stream import AngleStream
+from ams.inference.rows.possible_rows import possible_readings
 from ams.inference.watch.faulted_rows import FaultedRows
 from ams.inference.watch.watched_axes import LARGEST_SHARE_BY_CHANCE, can_be_watched, watch_of
 from ams.units import in_arcsec
@@ -116,7 +117,7 @@ def unseen_errors(
     if not size or not all(can_be_watched(package) for package in packages):
         return None
     kept = np.unique(np.linspace(0, size - 1, min(size, MOST_ROWS)).round().astype(int))
-    thinned = {name: values[kept] for name, values in readings.items()}
+    thinned = possible_readings({name: values[kept] for name, values in readings.items()}, packages)
     is_whole = np.logical_and.reduce([np.isfinite(thinned[name]) for name in inference.needed])
     if not is_whole.any():
         return None

@@ -20,6 +20,7 @@ from ams.attitude import flag_codes
 from ams.inference.inference import Inference, Package
 from ams.inference.package.calibrated import CalibratedSensor
 from ams.inference.rows.angle_stream import AngleStream, Answer
+from ams.inference.rows.possible_rows import possible_readings
 from ams.inference.watch.frozen_outputs import LEAST_ROWS
 from ams.inference.watch.standing_run import LEAST_NOISE_G, StandingRun
 from ams.inference.watch.standing_share import Rows, share_v, share_variance_v2
@@ -86,6 +87,7 @@ class StandingOutputs(_Around):
 
     def take(self, readings: Mapping[str, FloatArray]) -> list[StandingRun]:
         """Take further rows; return the runs among them that are known to be dead."""
+        readings = possible_readings(readings, (self.package,))
         outputs = np.stack([readings[column] for column in self._columns])
         rows, first = outputs.shape[1], self.rows
         self.rows += rows

@@ -23,6 +23,7 @@ from ams.inference.gyros.monitored import MonitoredAngles
 from ams.inference.inference import Inference, Package
 from ams.inference.rows.angle_stream import AngleStream, Answer
 from ams.inference.rows.kept_rows import KeptRows
+from ams.inference.rows.possible_rows import possible_readings
 from ams.inference.watch.faulty_axis import LEAST_ROWS, STANDS_SD, Cause, Judgement, PackageRows, judge
 from ams.inference.watch.flagged_stretches import FlaggedStretch, FlaggedStretches
 from ams.inference.watch.turned_package import Turn, turn_of
@@ -143,6 +144,7 @@ class WatchedAxes(_Around):
 
     def take(self, found: Answer, readings: Mapping[str, FloatArray]) -> None:
         """Take further rows with their answer, to be judged."""
+        readings = possible_readings(readings, self.packages)
         if self._kept is None or self._flagged_stretches is None:
             names = (*self.needed, *(name for name in self.optional if name in readings))
             columns = tuple(dict.fromkeys(names))

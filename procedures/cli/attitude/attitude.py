@@ -164,11 +164,13 @@ def attitude(
 
     angles = angles_with(None)
     watched = _watched(angles, package)
-    noise = noise_by_column(_packages_of(angles, package, second), reading_sd_v)
+    packages = _packages_of(angles, package, second)
+    noise = noise_by_column(packages, reading_sd_v)
     is_by_row, untested = before.average_s is None or before.low_pass_hz is None, _untested(angles, watched)
 
     def looked_after(inner: AngleStream) -> FrozenOutputs:
-        return FrozenOutputs(stated.held_to(before.before(inner)), noise, is_by_row=is_by_row, untested=untested)
+        samples = stated.held_to(before.before(inner))
+        return FrozenOutputs(samples, noise, packages=packages, is_by_row=is_by_row, untested=untested)
 
     def found_again() -> AngleStream | None:
         again = _again(watched, angles, angles_with)
@@ -178,7 +180,6 @@ def attitude(
     _note_all(_assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second))
     answers = Answers(out, view, plot, package.coefficients.sensor)
     throughout = answer_all(found, found_again, data, wiring, for_s, answers)
-    packages = _packages_of(angles, package, second)
     _note_all(_remarks_on_rows(package, packages, found, watched, angles, is_flagged_throughout=throughout))
     tell_unseen(package.coefficients.sensor, angles, found.rows, packages, json=json)
 
