@@ -5,6 +5,7 @@ converted, clipped or skipped.
 """
 
 import csv
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -226,18 +227,23 @@ def _refuse_shape(table: CsvTable) -> None:
 def table_of(columns: Mapping[str, Sequence[object]], name: str) -> CsvTable:
     """Return columns that a program has at hand as the table that their CSV file would be; lines count from 2.
 
-    Numbers are told in the fewest digits that give them back. Raises: ObservationsError.
+    Numbers are told in the fewest digits that give them back; a NaN is an empty cell, and a row of nothing else is
+    none, as a line of commas alone. Raises: ObservationsError.
     """
-    cells = [
-        [(repr(float(value)) if isinstance(value, float) else str(value)) for value in column]
-        for column in columns.values()
-    ]
-    rows = tuple(zip(*cells, strict=True))
-    table = CsvTable(name, header_from(name, tuple(columns)).columns, tuple(range(2, 2 + len(rows))), rows)
-    if not rows:
+    cells = [[_cell_of(value) for value in column] for column in columns.values()]
+    told = {line: row for line, row in enumerate(zip(*cells, strict=True), 2) if any(cell.strip() for cell in row)}
+    table = CsvTable(name, header_from(name, tuple(columns)).columns, tuple(told), tuple(told.values()))
+    if not told:
         raise _no_rows(table)
     _refuse_shape(table)
     return table
+
+
+def _cell_of(value: object) -> str:
+    """Return a value as the text of its cell."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else repr(float(value))
+    return str(value)
 
 
 def refuse_missing_columns(table: NamedColumns, wanted: Sequence[str]) -> None:

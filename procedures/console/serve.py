@@ -17,6 +17,7 @@ from starlette.responses import PlainTextResponse
 from uvicorn.protocols.http.h11_impl import H11Protocol
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
+from procedures.console.address import DEFAULT_LISTEN
 from procedures.console.app import make_app
 from procedures.console.gate import KNOWN, Site
 from procedures.console.jogging import MOST_PAGES
@@ -25,7 +26,6 @@ from procedures.console.sessions import MOST as MOST_SESSIONS
 from procedures.console.shared import Console
 from procedures.errors import RequestError
 
-DEFAULT_LISTEN = "127.0.0.1:8600"
 FAMILIES = (socket.AF_INET, socket.AF_INET6)
 LONGEST_MESSAGE = 1024
 OF_A_BROWSER = 6

@@ -1,5 +1,6 @@
 """``calrig.fit``: observations of a file or a table to coefficients, as the command of that name does."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, date, datetime
@@ -59,6 +60,8 @@ def fit(
 ) -> Solved:
     """Solve observations of a CSV file, or of a table with the same columns; equals ``calrig fit`` to the last bit.
 
+    What is missing in a table (NaN, None) is an empty cell of the file, allowed and refused where that is.
+
     ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``; every other argument is the option of that
     name of the command. ``package``: of ``pitch-yaw-roll``. ``rig``: a rig file whose certificates are carried into
     the result. ``sensor``: one of that file, where there is one. ``calibrated_on``: the day of the readings, by which
@@ -96,7 +99,7 @@ def fit(
     )
     request = on_table(request, described)
     if isinstance(observations, pd.DataFrame):
-        table = table_of({str(name): list(observations[name]) for name in observations.columns}, "table")
+        table = table_of({str(name): _cells(observations[name]) for name in observations.columns}, "table")
     else:
         table = parse_csv(Path(observations))
     name = sensor or "sensor"
@@ -109,6 +112,11 @@ def fit(
     solved = fitted(name, rows, axes, request, described, doubts=overdue)
     assert solved.calibration is not None
     return Solved({name: solved}, full_document(solved.calibration, rows, solved.budgets))
+
+
+def _cells(column: pd.Series) -> list[object]:
+    """Return the values of a column, NaN for each kind of nothing that pandas knows."""
+    return [math.nan if is_nothing else value for value, is_nothing in zip(column, column.isna(), strict=True)]
 
 
 def _lines(levels: Mapping[str, Levels], request: CalibrationRequest, sensor: str) -> Solved:

@@ -11,9 +11,8 @@ from procedures.accounts.people import Role
 from procedures.cli.locations import archive_to_show, login_name, people_of_here, queues_of_here
 from procedures.cli.options import RUNS, Archive, Json, RunsFolder, require_folder
 from procedures.cli.output import note, print_json, say
-from procedures.console.serve import DEFAULT_LISTEN, bound, serve
+from procedures.console.address import DEFAULT_LISTEN
 from procedures.console.sessions import Sessions
-from procedures.console.shared import Console
 from procedures.errors import ExitStatus, RequestError
 from procedures.journal.status.run_list import RunList
 from rig.clock import SystemClock
@@ -53,6 +52,10 @@ def console(
     At this machine each link that it prints opens one browser, for twelve hours; people with an account enter by name
     and secret. Other machines reach it only with TLS, or through a proxy, and by accounts alone.
     """
+    # Of an extra: accounts and the help of every option are there without it.
+    from procedures.console.serve import bound, serve
+    from procedures.console.shared import Console
+
     require_folder(out, "--out")
     require_folder(files, "--files")
     if (tls_cert is None) != (tls_key is None):

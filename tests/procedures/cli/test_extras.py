@@ -19,7 +19,7 @@ STEPS = """
 import io, json, sys
 from contextlib import redirect_stderr, redirect_stdout
 sys.modules |= dict.fromkeys(BLOCKED)
-from procedures.cli.main import run_command
+from procedures.cli.main import make_app, run_command
 told = {}
 def command(name, *words):
     out, err = io.StringIO(), io.StringIO()
@@ -30,6 +30,14 @@ procedure, rig, folder = sys.argv[1:]
 command("check", "check", procedure, "--rig", rig, "--out", folder, "--json")
 command("run", "run", procedure, "--rig", rig, "--out", folder, "--json")
 command("plot", "design", "--kind", "D", "--pitch=-30:30:3", "--roll", "4", "--plot", folder + "/x.svg")
+command("console", "console", "--out", folder)
+command("people", "console", "people", "list")
+def helps(app, *words):
+    for name in app:
+        if not name.startswith("-"):
+            command(" ".join(["help of", *words, name]), *words, name, "--help")
+            helps(app[name], *words, name)
+helps(make_app())
 print(json.dumps(told))
 """
 
@@ -81,6 +89,22 @@ def test_a_command_that_needs_an_extra_says_which(outcomes: dict[str, Any]) -> N
         "calrig: needs matplotlib, which is not installed; nothing was done; install it by: pip install "
         "'calrig[report]'\n"
     )
+
+
+def test_the_console_says_which_extra_serves_it(outcomes: dict[str, Any]) -> None:
+    status, out, err = outcomes["console"]
+    assert (status, out) == (2, "")
+    assert err == (
+        "calrig: needs uvicorn, which is not installed; nothing was done; install it by: pip install "
+        "'calrig[console]'\n"
+    )
+    assert outcomes["people"][0] == 0, "accounts need no extra"
+
+
+def test_the_help_of_every_command_needs_no_extra(outcomes: dict[str, Any]) -> None:
+    helps = {name: outcome for name, outcome in outcomes.items() if name.startswith("help of ")}
+    assert {"help of console", "help of console people add", "help of run", "help of archive sign"} <= set(helps)
+    assert {name: outcome for name, outcome in helps.items() if outcome[0] != 0 or outcome[2]} == {}
 
 
 def test_with_the_extras_nothing_is_missing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -94,7 +94,7 @@ def test_a_standard_is_held_against_the_day_of_the_readings(tmp_path: Path) -> N
 def test_a_table_is_refused_as_its_file_would_be() -> None:
     table = pd.read_csv(OBSERVATIONS)
     table.loc[3, "sx_v"] = float("nan")
-    with pytest.raises(Exception, match=r"table: line 5: column sx_v: got 'nan', allowed a finite number"):
+    with pytest.raises(Exception, match=r"table: line 5: column sx_v: the cell is empty, allowed a finite number"):
         calrig.fit(table, AXES)
     with pytest.raises(RequestError, match=r"fit: model: got 'round', allowed are .*; nothing was solved"):
         calrig.fit(table, AXES, model="round")
