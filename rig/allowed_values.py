@@ -1,7 +1,9 @@
 """What may stand in a key of a file, as people read it: in place of a validator's own complaint."""
 
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from math import isfinite
+from re import findall
 from types import MappingProxyType
 from typing import Any, Final
 
@@ -52,6 +54,12 @@ def allowed_in_words(kind: str, context: Mapping[str, Any], bounds: Sequence[obj
     if words is None or interval is None:
         return words
     return f"{words}, {interval}" if kind in _OF_TYPE else interval
+
+
+def near_to(given: object, allowed: str) -> str:
+    """Return a hint where a word is nearly one of those that stand in quotes in ``allowed``, else nothing."""
+    near = get_close_matches(str(given), findall(r"'([^']*)'", allowed), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def _interval(bounds: Sequence[object]) -> str | None:

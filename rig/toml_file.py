@@ -14,7 +14,7 @@ from typing import Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from rig.allowed_values import allowed_in_words
+from rig.allowed_values import allowed_in_words, near_to
 from rig.errors import DescriptionError
 from rig.plain_text import BYTE_ORDER_MARK, LONGEST_OF_FILE, PARAGRAPHS, one_line, text_complaint
 
@@ -128,17 +128,18 @@ class TomlFile:
             return self.complaint(key[:-1], f"value {key[-1] + 1} is missing; write all of them between the brackets")
         if kind == "missing":
             return self.complaint(key, "is missing" + _unit_hint(self.values, key))
-        if kind in ("union_tag_invalid", "union_tag_not_found"):
-            context = item.get("ctx", {})
-            return self.complaint(
-                (*key, "driver"),
-                f"got {context.get('tag', 'nothing')!r}, allowed {context.get('expected_tags', 'a known driver')}",
-            )
+        if kind == "union_tag_not_found":
+            drivers = ", ".join(map(repr, sorted(_drivers_of(_tables_at(model, key, ())))))
+            return self.complaint((*key, "driver"), f"is missing, allowed {drivers}")
+        if kind == "union_tag_invalid":
+            tag, allowed = item["ctx"]["tag"], item["ctx"]["expected_tags"]
+            return self.complaint((*key, "driver"), f"got {tag!r}, allowed {allowed}{near_to(tag, allowed)}")
         tables = _tables_at(model, key[:-1], tags) if key and isinstance(key[-1], str) else []
         bounds = [bound for table in tables for bound in _bounds_of(table, str(key[-1]))]
         allowed = allowed_in_words(kind, item.get("ctx", {}), bounds)
         if allowed is not None:
-            return self.complaint(key, f"got {_short(item['input'])}, allowed {allowed}")
+            meant = near_to(item["input"], allowed) if kind == "literal_error" else ""
+            return self.complaint(key, f"got {_short(item['input'])}, allowed {allowed}{meant}")
         text = _plain(item)
         named = _NAMED_KEY.match(text)
         if isinstance(item["input"], dict) and named is not None:  # a mistake of a whole table names its key
@@ -301,6 +302,12 @@ def _tables_at(model: type[BaseModel], table: Sequence[str | int], tags: Sequenc
     tables = [item for item in candidates if _is_table(item)]
     tagged = [item for item in tables if tags and tags[-1] in str(item.model_fields.get("driver", ""))]
     return tagged or tables
+
+
+def _drivers_of(tables: Sequence[type[BaseModel]]) -> Iterator[str]:
+    """Yield the names of the drivers whose tables these are."""
+    for table in tables:
+        yield from getattr(table.model_fields["driver"].annotation, "__args__", ())
 
 
 def _bounds_of(table: type[BaseModel], key: str) -> Sequence[object]:

@@ -135,10 +135,20 @@ def meter_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...
         *of_gain,
         Said(
             f"{NO_METER} ({', '.join(unknown)}): what its zero and its gain are wrong by is in no figure stated here",
-            f"declare {' and '.join(f'readouts.{name}.standard' for name in unknown)} and uncertainty_v of that "
-            "standard under [standards.NAME] of the rig file",
+            _volts_to_declare(rig, unknown),
         ),
     )
+
+
+def _volts_to_declare(rig: RigDescription, unknown: Sequence[str]) -> str:
+    """Say by which keys the meters are declared: the standard where none is named, else what its table lacks."""
+    bare = [f"readouts.{name}.standard" for name in unknown if rig.readouts[name].standard is None]
+    lacking = dict.fromkeys(
+        f"standards.{standard}.uncertainty_v" for name in unknown if (standard := rig.readouts[name].standard)
+    )
+    under = "uncertainty_v of that standard under [standards.NAME]"
+    keys = [*bare, *([under] if bare else []), *lacking]
+    return f"declare {' and '.join(keys)} of the rig file"
 
 
 def crosstalk_remarks(rig: RigDescription, sensor: Sensor | None) -> tuple[Said, ...]:

@@ -24,6 +24,7 @@ from procedures.records.declared_gaps import (
     declared_gaps,
     thermometer_remarks,
 )
+from procedures.records.overdue_standards import overdue_standards
 from procedures.run.readiness import Readiness, days_to_come, readiness
 from procedures.run.watch.disk_space import free_bytes, require_room
 from rig.assembly.open_rig import real_ports
@@ -100,6 +101,7 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
     if rig.is_simulated:
         yield OF_A_TWIN
         yield from days_to_come(rig, local_day(now))
+        yield from overdue_standards(rig, local_day(now))
     yield f"{NOBODY_APPROVED} (calrig archive sign, when it is archived)"
     undeclared = undeclared_of_plan(rig, plan)
     senses_gravity = any(sensor.measures == "acceleration" for sensor in plan.sensors.values())
@@ -120,9 +122,9 @@ def _gaps(rig: RigDescription, plan: Plan, ready: Readiness, now: datetime) -> I
     yield from (gap.text for gap in declared)
     if not rig.is_simulated:
         yield from (f"{LACKING}{lack}" for lack in ready.missing if not lack.startswith("approved_by"))
-    ends = local_day(now + timedelta(seconds=plan.expected.p90_s))
+    today, ends = local_day(now), local_day(now + timedelta(seconds=plan.expected.p90_s))
     for name, standard in rig.standards.items():
-        if standard.due < ends:
+        if today <= standard.due < ends:
             yield f"standards.{name}.due: {standard.due} is its last day, and the run may end after it (p90: on {ends})"
 
 

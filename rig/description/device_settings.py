@@ -138,7 +138,7 @@ class AxisSettings(StrictTable):
     def _low_below_high(self) -> "AxisSettings":
         low, high = self.limits_deg
         if not low < high:
-            raise ValueError(f"limits_deg must be [low, high] with low < high, got [{low}, {high}]")
+            raise ValueError(f"limits_deg: got [{low}, {high}], allowed is [low, high] with low < high")
         return self
 
     @model_validator(mode="after")

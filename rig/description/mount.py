@@ -30,5 +30,10 @@ class Mount(StrictTable):
     def _right_handed_permutation(self) -> "Mount":
         rows = [[_signed(name, axis) for axis in SENSOR_AXES] for name in (self.x, self.y, self.z)]
         if _determinant(rows) != 1:
-            raise ValueError("mount must be a right-handed signed permutation of x, y and z")
+            left_out = [axis for axis in SENSOR_AXES if axis not in self.model_fields_set]
+            taken = " and ".join(f"{axis} = '{getattr(self, axis)}'" for axis in left_out)
+            raise ValueError(
+                "mount must be a right-handed signed permutation of x, y and z"
+                + (f"; {taken} was taken, since nothing is given there: give x, y and z" if left_out else "")
+            )
         return self

@@ -241,3 +241,16 @@ def test_a_rig_of_devices_is_told_what_its_results_will_lack(tmp_path: Path) -> 
     found = preflight(path, read_rig(path), None, tmp_path / "runs", NOON_UTC)
     assert "standards.table.due: 2026-02-28 is past" in found.refusals[0]
     assert "readouts.dmm: no standard stands behind it" in found.engineering
+
+
+def test_a_standard_of_a_twin_that_is_past_is_not_said_to_end_with_the_run(tmp_path: Path) -> None:
+    small = bench(tmp_path)
+    path = tmp_path / "rig.toml"
+    for due, said in (("2025-07-31", "2025-07-31 is past (today is "), (f"{NOON_UTC:%Y-%m-%d}", "is its last day")):
+        standard = f'[standards.table]\nserial = "1"\ncertificate = "K-17"\ndue = {due}\n'
+        path.write_text(f"{RIG}\n{standard}", encoding="utf-8")
+        lasting = replace(small.plan, expected=replace(small.plan.expected, p90_s=3 * 86400.0))
+        found = preflight(path, read_rig(path), lasting, tmp_path / "runs", NOON_UTC)
+        about = [text for text in found.certificate if "standards.table" in text]
+        assert len(about) == 1
+        assert said in about[0]

@@ -92,7 +92,9 @@ def test_a_meter_is_told_of_wherever_its_volts_bring_no_error_into_the_budget(tm
         counted = {error.name for error in shared_errors(rig, rig.sensors["SN1"])["x"]}
         said = meter_remarks(rig, rig.sensors["SN1"])
         assert len(said) == ("multimeter zero" not in counted), (changes, more)
-        assert all("readouts.dmm.standard" in gap.what_to_do for gap in said)
+        lacking = "standards.meter.uncertainty_v" if changes else "readouts.dmm.standard and uncertainty_v of that"
+        assert all(lacking in gap.what_to_do for gap in said)
+        assert all(("readouts.dmm.standard" in gap.what_to_do) != bool(changes) for gap in said)
     assert len(meter_remarks(declared(tmp_path), None)) == 1
 
 

@@ -46,7 +46,26 @@ MISTAKES = [
     ("infinite", "speed_dps = 5.0", "speed_dps = inf", "axes.pitch.speed_dps: got inf"),
     ("gravity in g", "gravity_mps2 = 9.79826", "gravity_mps2 = 1.0", "rig.gravity_mps2: got 1.0"),
     ("unknown driver", '"hp3458a"', '"hp3457a"', "readouts.dmm.driver: got 'hp3457a'"),
-    ("limits reversed", "[-180.0, 180.0]", "[180.0, -180.0]", "limits_deg must be [low, high] with low < high"),
+    ("driver misspelt", '"hp3458a"', '"hp3548a"', "; did you mean 'hp3458a'?"),
+    (
+        "driver missing",
+        'driver = "hp3458a"\n',
+        "",
+        "readouts.dmm.driver: is missing, allowed 'angle-meter', 'hp3458a', ",
+    ),
+    ("word misspelt", 'kind = "limit"', 'kind = "limits"', "; did you mean 'limit'?"),
+    (
+        "mount in part",
+        'model = "three-axis package"',
+        'mount = { x = "+z" }',
+        "y = '+y' and z = '+z' was taken, since nothing is given there: give x, y and z",
+    ),
+    (
+        "limits reversed",
+        "[-180.0, 180.0]",
+        "[180.0, -180.0]",
+        "axes.pitch.limits_deg: got [180.0, -180.0], allowed is [low, high]",
+    ),
     ("unknown channel", '"dmm.x"', '"dmm.w"', "sensors.SN1047.channels.x: no channel 'dmm.w'"),
     ("channel used twice", 'y = "dmm.y"', 'y = "dmm.x"', "channel 'dmm.x' already belongs to SN1047.x"),
     (
