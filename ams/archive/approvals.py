@@ -4,17 +4,20 @@ The set's bytes never change, so one that was calibrated as 'engineering' still 
 out carries the name of who approved it since, and everything drawn from it says so.
 """
 
-from sqlalchemy import ColumnElement, Connection, and_, exists, not_, select
+from collections.abc import Iterable
+
+from sqlalchemy import ColumnElement, Connection, and_, exists, func, not_, select
 
 from ams.archive.tables import FUNCTIONS, SIGNATURES
+from ams.sets.signature import Signature
 from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal
 
 ACCEPTED = "accepted"
 """The role of a signature whose comment is what was accepted, a colon and the reason."""
 OF_WHAT = ": "
 """Between what was accepted (a finding's name, or the verdict) and the reason."""
-
-
+RELEASED = "released"
+"""The role of a signature whose comment is why a set may be used that was in quarantine."""
 WITHDRAWN = "withdrawn"
 """The role of a signature whose comment is why the set must not be used any more."""
 
@@ -46,20 +49,21 @@ def is_approved(sha256: ColumnElement[str]) -> ColumnElement[bool]:
     return and_(is_signed(sha256, "approved"), not_(is_withdrawn(sha256)))
 
 
-def approver_of(connection: Connection, sha256: str) -> str | None:
-    """Return who approved a set by signature, None where nobody did or it was withdrawn since."""
-    query = select(SIGNATURES.c.name).where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
-    return connection.execute(query.where(not_(is_withdrawn(SIGNATURES.c.sha256)))).scalar()
-
-
-def function_of_approver(connection: Connection, sha256: str) -> str:
-    """Return the function of who approved a set by signature, empty where nobody told it."""
+def words_on(connection: Connection, sha256: str) -> tuple[Signature, ...]:
+    """Return every word that a person signed on a set, acceptances and releases among them, in the order of signing."""
+    columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__ if name != "function"]
     query = (
-        select(FUNCTIONS.c.function)
-        .join(SIGNATURES, SIGNATURES.c.sequence == FUNCTIONS.c.sequence)
-        .where(SIGNATURES.c.role == "approved", SIGNATURES.c.sha256 == sha256)
+        select(*columns, func.coalesce(FUNCTIONS.c.function, ""))
+        .outerjoin(FUNCTIONS, FUNCTIONS.c.sequence == SIGNATURES.c.sequence)
+        .where(SIGNATURES.c.sha256 == sha256)
+        .order_by(SIGNATURES.c.sequence)
     )
-    return connection.execute(query).scalar() or ""
+    return tuple(Signature(*tuple(row)) for row in connection.execute(query))
+
+
+def signatures_among(words: Iterable[Signature]) -> tuple[Signature, ...]:
+    """Return of what was signed on a set the signatures on the set itself: not what was accepted or released of it."""
+    return tuple(word for word in words if word.role not in (ACCEPTED, RELEASED))
 
 
 def accepted_verdicts(connection: Connection, sha256: str | None = None) -> dict[str, AcceptedVerdict]:

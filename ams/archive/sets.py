@@ -16,11 +16,11 @@ from sqlalchemy import ColumnElement, Connection, Select, case, false, not_, sel
 
 from ams.archive.approvals import (
     accepted_verdicts,
-    approver_of,
-    function_of_approver,
     is_approved,
     is_withdrawn,
+    signatures_among,
     withdrawals,
+    words_on,
 )
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ROWS_AT_ONCE, Written, write
@@ -214,8 +214,7 @@ def stored_set(connection: Connection, sha256: str) -> CoefficientSet:
     _refuse_another(found.document, sha256)
     return replace(
         found,
-        approved_by_signature=approver_of(connection, sha256),
-        function_of_approver=function_of_approver(connection, sha256),
+        signatures=signatures_among(words_on(connection, sha256)),
         accepted_verdict=accepted_verdicts(connection, sha256).get(sha256),
         withdrawal=withdrawals(connection, sha256).get(sha256),
     )

@@ -4,28 +4,12 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
+from ams.sets.signature import Signature
 from ams.sets.stated_findings import StatedFinding
 from ams.sets.stated_verdict import NOT_USABLE, AcceptedVerdict, Withdrawal, standing_in_words
 
 Role = Literal["prepared", "reviewed", "approved", "withdrawn"]
 ORDER: tuple[Role, ...] = ("prepared", "reviewed", "approved")
-
-
-@dataclass(frozen=True)
-class Signature:
-    """One person's word on one set."""
-
-    role: str
-    name: str
-    signed_utc: datetime
-    comment: str
-    function: str = ""
-    """Of the person in the laboratory, such as "head of the laboratory"; empty where it was not told."""
-
-    @property
-    def signatory(self) -> str:
-        """Name and function, as a certificate identifies who authorises it (ISO/IEC 17025, 7.8.2.1 o)."""
-        return f"{self.name}, {self.function}" if self.function else self.name
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from typing import get_args
 
 from sqlalchemy import Connection, func, not_, select
 
-from ams.archive.approvals import ACCEPTED, OF_WHAT, is_withdrawn
+from ams.archive.approvals import ACCEPTED, OF_WHAT, RELEASED, is_withdrawn, words_on
 from ams.archive.connection import reading, writing
 from ams.archive.ledger import ChainReport, Written, verify_chain, write
 from ams.archive.quarantines import is_quarantined
@@ -32,17 +32,16 @@ from ams.archive.sign_offs import (
     Certificate,
     Release,
     Role,
-    Signature,
     SignOff,
     is_same_person,
 )
 from ams.archive.tables import CERTIFICATES, FUNCTIONS, QUARANTINES, SETS, SIGNATURES
 from ams.errors import ArchiveForbids, ArchiveUnknown
 from ams.sets.coefficients import CoefficientSet
+from ams.sets.signature import Signature
 from ams.sets.stated_findings import significant_findings
 from ams.sets.stated_verdict import NOBODY_ACCEPTED, NOT_USABLE
 
-RELEASED = "released"
 _MOST_BESIDE = 3
 
 
@@ -358,22 +357,14 @@ def _insert(connection: Connection, sha256: str, signature: Signature, kind: str
 
 
 def _sign_off(connection: Connection, sha256: str) -> SignOff:
-    columns = [SIGNATURES.c[name] for name in Signature.__dataclass_fields__ if name != "function"]
-    function = func.coalesce(FUNCTIONS.c.function, "")
-    signed = (
-        select(*columns, function)
-        .outerjoin(FUNCTIONS, FUNCTIONS.c.sequence == SIGNATURES.c.sequence)
-        .where(SIGNATURES.c.sha256 == sha256)
-        .order_by(SIGNATURES.c.sequence)
-    )
     issued = select(*_certificate_columns()).where(CERTIFICATES.c.sha256 == sha256).order_by(CERTIFICATES.c.issued_utc)
-    rows = tuple(Signature(*tuple(row)) for row in connection.execute(signed))
+    rows = words_on(connection, sha256)
     certificates: Sequence[Certificate] = [Certificate(*tuple(row)) for row in connection.execute(issued)]
     words = tuple(_acceptance(row) for row in rows if row.role == ACCEPTED)
     coefficients = stored_set(connection, sha256)
     return SignOff(
         sha256,
-        tuple(row for row in rows if row.role not in (ACCEPTED, RELEASED)),
+        coefficients.signatures,
         tuple(certificates),
         tuple(significant_findings(coefficients)),
         tuple(word for word in words if word.finding != NOT_USABLE),

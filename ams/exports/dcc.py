@@ -1,8 +1,9 @@
 """DCC: the Digital Calibration Certificate of PTB, XML 3.2.1, with the set as an attached file.
 
 The certificate's own numbers (coefficients with expanded uncertainty, covariances, test vectors) are quantities in
-D-SI units with identifiers; the attachment is the JSON export. A set that nobody approved says so in its statements:
-then the file is a record in the certificate's form, not a certificate.
+D-SI units with identifiers; the attachment is the JSON export. Persons are those who signed the set in the archive; a
+set that nobody signed as approved says so in its statements: then the file is a record in the certificate's form, not a
+certificate.
 Source: https://ptb.de/dcc, schemas dcc 3.2.1 and D-SI 2.1.0.
 """
 

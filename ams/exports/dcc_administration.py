@@ -17,6 +17,10 @@ from ams.sets.verdict_conditions import NOT_BUDGETED
 
 UNKNOWN_COUNTRY = "XX"
 """User-assigned in ISO 3166-1, used for 'unknown'."""
+SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
+SIMULATED = "; SIMULATED on a twin, not on hardware"
+NO_SIGNATURE = "no signature on this set is known here"
+"""A file that was exported from a file knows none; one from an archive knows what is signed there."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +35,8 @@ class IssuedCertificate:
     replaces: str | None = None
     """Number of the certificate that is void since this one was issued."""
     reason: str = ""
+    is_specimen: bool = False
+    """To look at, never to be sent: it is no certificate, has no number to be found by and no signer."""
 
 
 def administrative_data(coefficients: CoefficientSet, certificate: IssuedCertificate | None = None) -> Element:
@@ -38,6 +44,8 @@ def administrative_data(coefficients: CoefficientSet, certificate: IssuedCertifi
     provenance = coefficients.provenance
     laboratory, job = declared(provenance["laboratory"]), declared(provenance["job"])
     lab = contact("dcc:contact", laboratory.get("name"), laboratory.get("address"))
+    accreditation = laboratory.get("accreditation")
+    code = [plain("dcc:calibrationLaboratoryCode", accreditation)] if accreditation else []
     sensor = table(coefficients.document["sensor"])
     model = [plain("dcc:model", sensor["model"])] if sensor["model"] else []
     described = [content("dcc:description", job["item"])] if job.get("item") else []
@@ -52,8 +60,8 @@ def administrative_data(coefficients: CoefficientSet, certificate: IssuedCertifi
             Element(
                 "dcc:items", [Element("dcc:item", [name, *described, *model, Element("dcc:identifications", known)])]
             ),
-            Element("dcc:calibrationLaboratory", [lab]),
-            Element("dcc:respPersons", [_person(coefficients)]),
+            Element("dcc:calibrationLaboratory", [*code, lab]),
+            Element("dcc:respPersons", _persons(coefficients, certificate)),
             contact("dcc:customer", job.get("customer"), job.get("customer_contact")),
             Element("dcc:statements", _statements(coefficients, certificate)),
         ],
@@ -82,14 +90,13 @@ def _core_data(
     if run_id is not None:
         numbers.append(identification("calibrationLaboratory", run_id, "run"))
     numbers.append(identification("calibrationLaboratory", coefficients.sha256, "coefficient set, SHA-256"))
-    unique = f"calrig-{coefficients.sha256}" if certificate is None else certificate.number
     return Element(
         "dcc:coreData",
         [
             Element("dcc:countryCodeISO3166_1", country if re.fullmatch("[A-Z]{2}", country) else UNKNOWN_COUNTRY),
             Element("dcc:usedLangCodeISO639_1", "en"),
             Element("dcc:mandatoryLangCodeISO639_1", "en"),
-            plain("dcc:uniqueIdentifier", unique),
+            plain("dcc:uniqueIdentifier", _identifier(coefficients, certificate)),
             Element("dcc:identifications", numbers),
             *received,
             Element("dcc:beginPerformanceDate", _begun(run_id) or ended),
@@ -100,9 +107,15 @@ def _core_data(
     )
 
 
+def _identifier(coefficients: CoefficientSet, certificate: IssuedCertificate | None) -> str:
+    if certificate is None:
+        return f"calrig-{coefficients.sha256}"
+    return f"{SPECIMEN}, {coefficients.sha256}" if certificate.is_specimen else certificate.number
+
+
 def _issue(certificate: IssuedCertificate | None) -> Elements:
     """Return the day of issue, and the certificate that is replaced."""
-    if certificate is None:
+    if certificate is None or certificate.is_specimen:
         return []
     day = Element("dcc:issueDate", certificate.issued.isoformat())
     if certificate.replaces is None:
@@ -117,14 +130,32 @@ def _begun(run_id: Json) -> str | None:
     return None if found is None else "-".join(found.groups())
 
 
-def _person(coefficients: CoefficientSet) -> Element:
-    approved_by = coefficients.approved_by
-    name = approved_by or coefficients.provenance["operator"] or NOT_STATED
+def _persons(coefficients: CoefficientSet, certificate: IssuedCertificate | None) -> Elements:
+    """Return who signed the set in the archive, each in what role; nobody else is named as one who answers for it.
+
+    The schema wants a person: of a set without a signature it is who ran it, with the word that nobody signed.
+    Source: ISO/IEC 17025:2017, 7.8.2.1 o.
+    """
+    if not coefficients.signatures:
+        operator = coefficients.provenance["operator"]
+        return [_person(operator or NOT_STATED, f"{'operator; ' if operator else ''}{NO_SIGNATURE}")]
+    is_certificate = certificate is None or not certificate.is_specimen
+    return [
+        _person(
+            signature.name,
+            f"{signature.role}, {signature.function}" if signature.function else signature.role,
+            f"signed {signature.signed_utc:%Y-%m-%d %H:%M} UTC, as the archive of the laboratory has it",
+            is_main=is_certificate and signature == coefficients.approval,
+        )
+        for signature in coefficients.signatures
+    ]
+
+
+def _person(name: Json, role: str, *about: str, is_main: bool = False) -> Element:
     person = Element("dcc:person", [content("dcc:name", name)])
-    function = coefficients.function_of_approver if approved_by == coefficients.approved_by_signature else ""
-    approval = f"approved, {function}" if function else "approved"
-    role = plain("dcc:role", approval if approved_by else "operator; nobody has approved this")
-    return Element("dcc:respPerson", [person, role, Element("dcc:mainSigner", "true" if approved_by else "false")])
+    described = [content("dcc:description", *about)] if about else []
+    signer = Element("dcc:mainSigner", "true" if is_main else "false")
+    return Element("dcc:respPerson", [person, *described, plain("dcc:role", role), signer])
 
 
 def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | None) -> Elements:
@@ -132,12 +163,10 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
     unit = table(document["acceleration_unit"])
     u_mps2 = coefficients.gravity.standard_uncertainty_mps2
     known = f", standard uncertainty {u_mps2:g} m/s^2" if u_mps2 else ""
-    status = (
-        coefficients.standing if coefficients.status == "approved" else "engineering: not approved, not a certificate"
-    )
     said: dict[str, object] = {
-        "status": f"{status}{'; SIMULATED on a twin, not on hardware' if coefficients.is_simulated else ''}",
+        "status": f"{_status(coefficients)}{SIMULATED if coefficients.is_simulated else ''}",
         **_amendment(certificate),
+        **_accreditation(coefficients),
         **_as_sealed(coefficients),
         **_capability(coefficients),
         **_location(coefficients),
@@ -158,10 +187,39 @@ def _statements(coefficients: CoefficientSet, certificate: IssuedCertificate | N
         },
         **{f"warning {index}": text for index, text in enumerate(_warnings(document), 1)},
     }
+    return [*_specimen(certificate), *(_statement(name, text) for name, text in said.items())]
+
+
+def _statement(name: str, text: object, *behind: Element) -> Element:
+    return Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text)), *behind])
+
+
+def _specimen(certificate: IssuedCertificate | None) -> Elements:
+    """Return the statement that a specimen is not valid, for readers in words and for machines as a truth value."""
+    if certificate is None or not certificate.is_specimen:
+        return []
     return [
-        Element("dcc:statement", [content("dcc:name", name), content("dcc:declaration", _flat(text))])
-        for name, text in said.items()
+        _statement("SPECIMEN", f"{SPECIMEN}; it is to be looked at and not to be sent", Element("dcc:valid", "false"))
     ]
+
+
+def _status(coefficients: CoefficientSet) -> str:
+    """Say where the set stands; a line of the rig file approves rig and procedure, and is no signature on a set."""
+    if coefficients.status == "withdrawn":
+        return f"{coefficients.standing}: not a certificate"
+    if coefficients.approval is not None:
+        return coefficients.standing
+    if coefficients.status == "approved":
+        return (
+            f"rig and procedure were approved by {coefficients.approved_by}, as the rig file says and nobody signed; "
+            "no approval of this set by signature is known here: not a certificate"
+        )
+    return "engineering: not approved, not a certificate"
+
+
+def _accreditation(coefficients: CoefficientSet) -> dict[str, object]:
+    accreditation = declared(coefficients.provenance["laboratory"]).get("accreditation")
+    return {"accreditation of the laboratory": accreditation} if accreditation else {}
 
 
 def _location(coefficients: CoefficientSet) -> dict[str, object]:
@@ -171,7 +229,7 @@ def _location(coefficients: CoefficientSet) -> dict[str, object]:
 
 
 def _amendment(certificate: IssuedCertificate | None) -> dict[str, object]:
-    if certificate is None or certificate.replaces is None:
+    if certificate is None or certificate.replaces is None or certificate.is_specimen:
         return {}
     replaced = f"this certificate replaces certificate {certificate.replaces}, which is void"
     return {"amendment": f"{replaced}; reason: {certificate.reason}"}
@@ -179,11 +237,12 @@ def _amendment(certificate: IssuedCertificate | None) -> dict[str, object]:
 
 def _as_sealed(coefficients: CoefficientSet) -> dict[str, object]:
     """Say whose word the attached set does not hold: it stays as it was sealed, signatures come after it."""
-    if coefficients.approved_by is None or coefficients.document["approved_by"] == coefficients.approved_by:
+    approval = coefficients.approval
+    if approval is None or coefficients.document["approved_by"] == approval.name:
         return {}
     return {
         "attached set": "attached as it was sealed when it was solved; its keys status and approved_by are those of "
-        f"that moment; it was approved since by {coefficients.approved_by}, whose signature the laboratory's archive "
+        f"that moment; it was approved since by {approval.name}, whose signature the laboratory's archive "
         "holds"
     }
 

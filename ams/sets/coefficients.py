@@ -21,6 +21,7 @@ from ams.sets.package_section import package_section
 from ams.sets.provenance import Provenance, origin_sections, record_sections
 from ams.sets.schema import FORMAT, VERSION, check_identity, check_schema
 from ams.sets.sensed_quantity import FIELDS
+from ams.sets.signature import Signature
 from ams.sets.stated_verdict import (
     NOT_USABLE,
     AcceptedVerdict,
@@ -44,10 +45,8 @@ class CoefficientSet:
     validity: Validity = field(repr=False)
     is_built: bool = field(default=False, compare=False)
     """Made here and not read: its schema is checked when it first leaves, which takes longer than to solve it."""
-    approved_by_signature: str | None = field(default=None, compare=False)
-    """Who approved it after the fact, as the archive that hands it out knows; the document stays as it was sealed."""
-    function_of_approver: str = field(default="", compare=False)
-    """In the laboratory, of who approved it by signature; empty where nobody told it."""
+    signatures: tuple[Signature, ...] = field(default=(), compare=False)
+    """Who signed it, in this order, as the archive that hands it out knows; the document stays as it was sealed."""
     accepted_verdict: AcceptedVerdict | None = field(default=None, compare=False)
     """Who accepted that the calibration is not usable, as the archive knows; None where nobody did or had to."""
 
@@ -86,14 +85,23 @@ class CoefficientSet:
 
     @property
     def approved_by(self) -> str | None:
-        """Who approved it: by the rig file when it was calibrated, or by signature since; None where nobody did.
+        """Who approved it: by signature, or rig and procedure in the rig file; None where nobody did.
 
         Who approved the rig said nothing of a calibration that is not usable; withdrawn, it is approved by nobody.
         """
         if self.withdrawal is not None:
             return None
         declared = None if self.verdict == NOT_USABLE else self.document["approved_by"]
-        return str(declared) if declared else self.approved_by_signature
+        if self.approval is not None:
+            return self.approval.name
+        return str(declared) if declared else None
+
+    @property
+    def approval(self) -> Signature | None:
+        """The signature that approves it; None where nobody gave it, or the set was withdrawn since."""
+        if self.withdrawal is not None:
+            return None
+        return next((signature for signature in self.signatures if signature.role == "approved"), None)
 
     @property
     def verdict(self) -> str | None:

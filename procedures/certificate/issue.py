@@ -81,13 +81,11 @@ class GroundsOf:
         )
 
 
-def _issued(grounds: Grounds) -> IssuedCertificate | None:
-    """Return what the attached DCC says of the certificate; a specimen is none."""
-    if grounds.is_specimen:
-        return None
+def _issued(grounds: Grounds) -> IssuedCertificate:
+    """Return what the attached DCC says of the certificate."""
     amends = grounds.amends
     replaced, reason = (None, "") if amends is None else (amends.number, amends.reason)
-    return IssuedCertificate(grounds.number, grounds.issued, replaced, reason)
+    return IssuedCertificate(grounds.number, grounds.issued, replaced, reason, grounds.is_specimen)
 
 
 def _entry(grounds: Grounds, sha256: str, by: str) -> Certificate:

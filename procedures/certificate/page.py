@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from datetime import UTC, datetime, time
 from pathlib import Path
 
+from ams.exports.dcc_administration import SPECIMEN
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS, SHIFTS_WITHIN
 from ams.rounding import to_place
 from ams.sets.canonical import Document, Json, listed, number, table
@@ -36,7 +37,6 @@ from procedures.solution.budget_view import FORMS
 
 TEMPLATES = Path(__file__).with_name("templates")
 TURN_DEG = 360.0
-SPECIMEN = "SPECIMEN: NOT A CERTIFICATE"
 USED_AT = "temperature of use, "
 """What the names of the parts of U for use at other temperatures than that of the calibration begin with."""
 WITHDRAWN = "SET WITHDRAWN"

@@ -367,9 +367,10 @@ def attachments(coefficients: CoefficientSet, certificate: IssuedCertificate | N
 
     ``certificate``: the PDF is that one.
     """
+    of = " (specimen)" if certificate is not None and certificate.is_specimen else ""
     contents = (
         (json_text.FORMAT, "application/json", "coefficient set", json_text.to_json(coefficients)),
-        (dcc.FORMAT, "application/xml", "digital calibration certificate", dcc.to_dcc(coefficients, certificate)),
+        (dcc.FORMAT, "application/xml", f"digital calibration certificate{of}", dcc.to_dcc(coefficients, certificate)),
     )
     return [
         Attachment(form.file_name(coefficients.sensor), media_type, f"{coefficients.sensor}: {what}", content)

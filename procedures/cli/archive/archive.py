@@ -186,7 +186,7 @@ def show(key: str, /, *, archive: Archive = None, json: Json = False) -> None:
         _note_withdrawal(found.sensor, signed)
         print_json(found.document)
         return
-    is_signed = found.approved_by_signature is not None
+    is_signed = found.approval is not None
     status = status_in_words(found.status, found.standing, is_signed=is_signed)
     if signed.withdrawal is not None:
         say(withdrawal_line(found.sensor, signed))

@@ -4,7 +4,7 @@ import base64
 import json
 import os
 from dataclasses import replace
-from datetime import date
+from datetime import UTC, date, datetime
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -23,6 +23,8 @@ from ams.exports.dcc_elements import D_SI
 from ams.exports.dcc_schema import check_against_schemas
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
+from ams.sets.signature import Signature
+from ams.sets.stated_verdict import Withdrawal
 from ams.units import UNITS
 
 SCHEMAS = os.environ.get("CALRIG_DCC_SCHEMAS")
@@ -82,6 +84,11 @@ def capable(capability_deg: float = 0.002) -> CoefficientSet:
     return package(laboratory={"name": "Instrument Laboratory", "capability_deg": capability_deg})
 
 
+def approved() -> CoefficientSet:
+    """A set that three persons signed, of a laboratory that is accredited."""
+    return signed(package(laboratory={"name": "Instrument Laboratory", "accreditation": "D-K-00000"}))
+
+
 AMENDING = IssuedCertificate("N-2", date(2026, 3, 5), "N-1", "address of the  customer")
 
 
@@ -122,11 +129,12 @@ def quantity(root: Any, identifier: str) -> Any:
         with_conditions,
         elsewhere,
         capable,
+        approved,
     ],
 )
 def test_the_official_schemas_allow_it(make: Any, tmp_path: Path) -> None:
     path = tmp_path / "SN.xml"
-    for certificate in (None, replace(AMENDING, replaces=None), AMENDING):
+    for certificate in (None, replace(AMENDING, replaces=None), AMENDING, replace(AMENDING, is_specimen=True)):
         path.write_bytes(to_dcc(make(), certificate))
         check_against_schemas(path, Path(str(SCHEMAS)))
 
@@ -264,14 +272,67 @@ def test_the_parts_of_a_covariance_stand_apart() -> None:
     assert [float(part) for part in row.findtext(".//si:valueXMLList", namespaces=NS).split()] == [1e-13] * 4
 
 
-def test_a_set_that_nobody_approved_says_so_and_an_approved_one_names_who() -> None:
-    def told(root: Any) -> tuple[str, str, str]:
-        status = root.find(".//dcc:statement/dcc:declaration/dcc:content", NS).text
-        person = root.findtext(".//dcc:respPerson/dcc:person/dcc:name/dcc:content", namespaces=NS)
-        return status, person, root.findtext(".//dcc:mainSigner", namespaces=NS)
+def persons(root: Any) -> list[tuple[str, str, str]]:
+    """Return name, role and whether it is the main signer of everybody who answers for a DCC."""
+    paths = ("dcc:person/dcc:name/dcc:content", "dcc:role", "dcc:mainSigner")
+    found = root.iterfind(".//dcc:respPerson", NS)
+    return [tuple(person.findtext(path, namespaces=NS) for path in paths) for person in found]
 
-    assert told(root_of(package())) == ("engineering: not approved, not a certificate", "J. Doe", "false")
-    assert told(root_of(package(approved_by="A. Smith"))) == ("approved", "A. Smith", "true")
+
+def signed(coefficients: CoefficientSet) -> CoefficientSet:
+    """Return the set as an archive hands it out in which three persons signed it."""
+    moment, words = datetime(2026, 3, 2, 9, 5, tzinfo=UTC), {"A. Ray": "prepared", "C. Reader": "reviewed"}
+    before = [Signature(role, name, moment, "") for name, role in words.items()]
+    return replace(
+        coefficients, signatures=(*before, Signature("approved", "B. Chief", moment, "", "head of the laboratory"))
+    )
+
+
+def test_a_line_of_the_rig_file_makes_nobody_a_signer() -> None:
+    """ISO/IEC 17025:2017, 7.8.2.1 o: who authorises is who signed; the schema wants a person, who then signed not."""
+    for approved_by, status in (
+        (None, "engineering: not approved, not a certificate"),
+        ("M. Chief", "rig and procedure were approved by M. Chief, as the rig file says and nobody signed; no approval "
+         "of this set by signature is known here: not a certificate"),
+    ):  # fmt: skip
+        root = root_of(package(approved_by=approved_by))
+        assert persons(root) == [("J. Doe", "operator; no signature on this set is known here", "false")]
+        assert statements(root)["status"] == status
+    assert persons(root_of(bare()))[0][1:] == ("no signature on this set is known here", "false")
+
+
+def test_the_persons_are_those_who_signed_with_their_roles_and_the_approver_is_the_main_signer() -> None:
+    coefficients = signed(package(approved_by="M. Chief"))
+    root = root_of(coefficients, AMENDING)
+    assert persons(root) == [
+        ("A. Ray", "prepared", "false"),
+        ("C. Reader", "reviewed", "false"),
+        ("B. Chief", "approved, head of the laboratory", "true"),
+    ]
+    assert statements(root)["status"] == "approved"
+    assert "approved since by B. Chief" in statements(root)["attached set"]
+    gone = replace(coefficients, withdrawal=Withdrawal("A. Ray", datetime(2026, 3, 5, tzinfo=UTC), "loose mount"))
+    assert {main for *_, main in persons(root_of(gone))} == {"false"}
+    withdrawn = "withdrawn by A. Ray on 2026-03-05 (UTC): loose mount: not a certificate"
+    assert statements(root_of(gone))["status"] == withdrawn
+
+
+def test_a_specimen_says_so_to_readers_and_to_machines() -> None:
+    specimen = replace(AMENDING, is_specimen=True)
+    root = root_of(signed(package()), specimen)
+    first = root.find(".//dcc:statement", NS)
+    assert first.findtext("dcc:declaration/dcc:content", namespaces=NS).startswith("SPECIMEN: NOT A CERTIFICATE")
+    assert first.findtext("dcc:valid", namespaces=NS) == "false"
+    assert root.findtext(".//dcc:uniqueIdentifier", namespaces=NS).startswith("SPECIMEN: NOT A CERTIFICATE")
+    assert {main for *_, main in persons(root)} == {"false"}
+    assert root.find(".//dcc:issueDate", NS) is None
+    assert b"N-2" not in to_dcc(package(), specimen)
+
+
+def test_the_accreditation_of_the_laboratory_stands_in_it() -> None:
+    root = root_of(package(laboratory={"name": "Instrument Laboratory", "accreditation": "D-K-00000"}))
+    assert root.findtext(".//dcc:calibrationLaboratoryCode", namespaces=NS) == "D-K-00000"
+    assert statements(root)["accreditation of the laboratory"] == "D-K-00000"
 
 
 def test_dates_place_and_standards_are_the_runs() -> None:

@@ -15,7 +15,7 @@ from planning_files import rig_file
 from solved import PARAMETERS, provenance, solved_package
 from solved_sets import gyro_set
 
-from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
+from ams.archive.sign_offs import AcceptedFinding, Release, SignOff
 from ams.calibration_result import VarianceComponent
 from ams.exports.dcc import to_dcc
 from ams.findings import Finding
@@ -25,6 +25,7 @@ from ams.observations import Observations
 from ams.sets.apply import apply
 from ams.sets.coefficients import CoefficientSet, build_set
 from ams.sets.provenance import Standard
+from ams.sets.signature import Signature
 from ams.sets.stated_findings import LACKING, StatedFinding, significant_findings
 from ams.sets.verdict_conditions import CURVATURE_UNDETERMINED, REFERENCE_NOT_MEASURED
 from ams.solve.table_errors import TablePriors

@@ -79,7 +79,9 @@ def test_whoever_authorises_is_identified_by_name_and_function(
     assert "Reviewed: C. Reader, deputy<br>" in page
     assert "Prepared: A. Operator<br>" in page
     dcc = _attached(done.paper)["SN1047.xml"]
-    assert b"<dcc:role>approved, head of lab</dcc:role>" in dcc
+    for role in ("prepared", "reviewed, deputy", "approved, head of lab"):
+        assert f"<dcc:role>{role}</dcc:role>".encode() in dcc
+    assert dcc.count(b"<dcc:mainSigner>true</dcc:mainSigner>") == 1
     with pytest.raises(ArchiveForbids, match=r"the function holds U\+202E, which nobody sees"):
         sign(archive, "SN1047", "withdrawn", "B. Chief", MOMENT, "dropped", function="chief\u202e")
 

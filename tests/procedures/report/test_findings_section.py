@@ -7,8 +7,9 @@ from datetime import UTC, datetime
 import pytest
 from report_scene import Scene, run_view
 
-from ams.archive.sign_offs import AcceptedFinding, Release, Signature, SignOff
+from ams.archive.sign_offs import AcceptedFinding, Release, SignOff
 from ams.findings import Finding
+from ams.sets.signature import Signature
 from ams.sets.stated_findings import StatedFinding
 from procedures.report.figures import Figures
 from procedures.report.findings_in_short import test_name as name_of

@@ -10,7 +10,8 @@ from urllib.parse import unquote
 import pytest
 from report_scene import Scene, run_view
 
-from ams.archive.sign_offs import Signature, SignOff
+from ams.archive.sign_offs import SignOff
+from ams.sets.signature import Signature
 from procedures.report.figures import Figures, draw_figures
 from procedures.report.page import render_page
 from procedures.report.view import RunView
