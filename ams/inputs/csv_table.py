@@ -231,9 +231,9 @@ def table_of(columns: Mapping[str, Sequence[object]], name: str) -> CsvTable:
     none, as a line of commas alone. Raises: ObservationsError.
     """
     cells = [[_cell_of(value) for value in column] for column in columns.values()]
-    told = {line: row for line, row in enumerate(zip(*cells, strict=True), 2) if any(cell.strip() for cell in row)}
-    table = CsvTable(name, header_from(name, tuple(columns)).columns, tuple(told), tuple(told.values()))
-    if not told:
+    filled = {line: row for line, row in enumerate(zip(*cells, strict=True), 2) if any(cell.strip() for cell in row)}
+    table = CsvTable(name, header_from(name, tuple(columns)).columns, tuple(filled), tuple(filled.values()))
+    if not filled:
         raise _no_rows(table)
     _refuse_shape(table)
     return table

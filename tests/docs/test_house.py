@@ -47,6 +47,8 @@ LATER = {
     "alembic": {"ams/archive/connection.py"},
     "jsonschema": {"ams/sets/schema.py"},
     # optional: extras of the installation
+    "procedures.console.serve": {"procedures/cli/steer/console.py"},  # uvicorn
+    "procedures.console.shared": {"procedures/cli/steer/console.py"},  # starlette
     "pyvisa": {"rig/link/visa.py"},
     "apprise": {"procedures/alerts/channels.py"},
     "distributed": {"procedures/delivery/resolve_workers.py"},
