@@ -40,6 +40,11 @@ def significant(value: float, digits: int = 2) -> str:
     return (f"{Decimal(text):f}" if is_readable else text).replace("-", "−")
 
 
+def signed(value: float, decimals: int) -> str:
+    """Return a number of a sentence with its sign, a minus and no hyphen, to so many decimals."""
+    return f"{value:+.{decimals}f}".replace("-", "−")
+
+
 def two_digits(value: float) -> str:
     """Return a magnitude alone as tables have it: two significant digits, a zero among them too, no exponent where
     that is readable; a dash where it is no number.

@@ -3,26 +3,12 @@
 import math
 from collections.abc import Mapping
 
-from ams.statistics.intervals import INFINITE_DOF
 from ams.units import ARCSEC_PER_RAD, printed
 
 
 def finite(value: float | None) -> float | None:
     """Return the value as JSON may have it, which knows no NaN: what is not finite is null."""
     return None if value is None or not math.isfinite(value) else value
-
-
-MANY_DOF = 10_000.0
-"""Beyond, Student's factor is that of the normal distribution to four digits."""
-
-
-def degrees_of_freedom(dof: float | None) -> str:
-    """Return degrees of freedom as a table has them: one decimal where they are few, no digits where they are many."""
-    if dof is None or math.isnan(dof):
-        return "—"
-    if dof > MANY_DOF:
-        return "∞" if dof >= INFINITE_DOF else "> 10 000"
-    return f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")
 
 
 def three_digits(value: float) -> str:

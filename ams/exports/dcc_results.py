@@ -28,6 +28,7 @@ from ams.sets.equipment import Equipment, equipment_of
 from ams.sets.provenance import NO_GRAVITY_STATED
 from ams.sets.vectors import outputs_key
 from ams.statistics.distributions import student_t_quantile
+from ams.statistics.intervals import degrees_of_freedom
 
 COVERAGE_QUANTILE = 0.975
 
@@ -128,7 +129,8 @@ def _primary(axis: str, section: Document, index: int, capability_deg: float | N
     value, unit = number(table(primary["values"])[name]), str(table(primary["units"])[name])
     smallest = smallest_expanded(name, section, capability_deg)
     known = None if variance is None else _expanded(math.sqrt(number(variance)), dof, smallest)
-    about = f"primary parameter of axis {axis}; effective degrees of freedom {'infinite' if dof is None else dof}"
+    dof_known = math.inf if dof is None else number(dof)
+    about = f"primary parameter of axis {axis}; effective degrees of freedom {degrees_of_freedom(dof_known)}"
     return quantity(name, real(value, unit, known), f"{axis}.primary.{name}", about)
 
 

@@ -84,7 +84,9 @@ class Provenance:
     """The ``file`` that the readings were handed over in, its ``sha256``, how many ``rows`` were solved, and
     ``day_stated_by`` whom; None of a run."""
     dwells: Mapping[str, object] | None = None
-    """Of the run: how many were ``measured``, and each that was ``rejected`` or taken back; None without a run."""
+    """Of the run: how many were ``measured``, how many ``reference_visits`` are among them, and each that was
+    ``rejected`` or taken back; None without a run.
+    """
     replaced_devices: Sequence[Mapping[str, object]] | None = None
     """Devices that took the place of one of the rig while it was measured: ``device`` (its table, ``readouts.dmm``),
     ``identity``, how many ``dwells`` of the design each measured, and what a readout or a stream was ``used_for``

@@ -34,8 +34,10 @@ def dwells_in_words(document: Document) -> str:
         return "The set does not state how many dwells of its run were rejected or taken back."
     known = table(stated)
     measured, rejected = int(number(known["measured"])), listed(known["rejected"])
+    visits = int(number(known.get("reference_visits", 0)))
+    among = f", {measured - visits} of the design and {visits} at reference attitudes" if visits else ""
     if not rejected:
-        return f"All {measured} dwells that were measured count; none was rejected or taken back."
+        return f"All {measured} dwells that were measured count{among}; none was rejected or taken back."
     again = sum(bool(table(dwell)["measured_again"]) for dwell in rejected)
     lost, was = len(rejected), "was" if len(rejected) == 1 else "were"
     if again == lost:
@@ -45,7 +47,8 @@ def dwells_in_words(document: Document) -> str:
     else:
         repeated = f"{again or 'none'} of them {'was' if again <= 1 else 'were'} measured again"
     counts = "does not count" if lost == 1 else "do not count"
-    return f"Of {measured} dwells that were measured {lost} {was} rejected or taken back and {counts}; {repeated}."
+    of = f" ({among.removeprefix(', ')})" if among else ""
+    return f"Of {measured} dwells that were measured{of} {lost} {was} rejected or taken back and {counts}; {repeated}."
 
 
 def rejected_lines(document: Document) -> list[RejectedLine]:

@@ -261,3 +261,16 @@ def _halfwidth(variances: Sequence[FloatArray], dof: Sequence[FloatArray], level
 
 def _quadratic(directions: FloatArray, covariance: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("mi,...ij,mj->...m", directions, covariance, directions, optimize=True))
+
+
+MANY_DOF = 10_000.0
+"""Beyond, Student's factor is that of the normal distribution to four digits."""
+
+
+def degrees_of_freedom(dof: float | None) -> str:
+    """Return degrees of freedom as a table has them: one decimal where they are few, no digits where they are many."""
+    if dof is None or isnan(dof):
+        return "—"
+    if dof > MANY_DOF:
+        return "∞" if dof >= INFINITE_DOF else "> 10 000"
+    return f"{dof:.0f}" if dof >= 10 else f"{dof:.1f}".removesuffix(".0")

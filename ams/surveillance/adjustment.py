@@ -27,6 +27,7 @@ import numpy as np
 from ams.arrays import FloatArray
 from ams.errors import OutsideValidity
 from ams.observations import Observations
+from ams.rounding import signed, significant
 from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.stated_verdict import Withdrawal, no_conformity
@@ -43,12 +44,15 @@ Rule = Literal["guard-band", "simple"]
 
 RULES: Mapping[str, str] = {
     "guard-band": (
-        "pass where |error| + U is inside the limit at every attitude, fail where |error| - U is beyond it at any, "
-        "conditional between; U is the expanded uncertainty of the error, 95 % (ISO 14253-1, ILAC-G8:09/2019)"
+        "pass where |error| + U is inside the limit at every attitude, fail where |error| − U is beyond it at any, "
+        "conditional between; U is the expanded uncertainty of the error, 95 %, and the guard band: at an attitude a "
+        "false accept, and a false reject where it fails, has a probability of 2.5 % at most (ISO 14253-1, "
+        "ILAC-G8:09/2019)"
     ),
     "simple": (
         "pass where |error| is inside the limit at every attitude, else fail; the uncertainty is stated and not "
-        "subtracted (simple acceptance, ILAC-G8:09/2019)"
+        "subtracted: without a guard band a false accept at an attitude has a probability of up to 50 % (simple "
+        "acceptance, ILAC-G8:09/2019)"
     ),
 }
 _ORDER: tuple[Verdict, ...] = ("pass", "conditional", "fail")
@@ -245,8 +249,8 @@ def _sentence(
     side = "inside" if abs(error) <= limit_deg else "beyond"
     reservation = f", but by less than its uncertainty of {expanded:.4f}°" if verdict == "conditional" else ""
     return (
-        f"{angle} {verdict}: error {error:+.4f}° with U {expanded:.4f}° at pitch {where[0]:g}°, roll "
-        f"{where[1]:g}° is {side} the limit of {limit_deg:g}°{reservation}"
+        f"{angle} {verdict}: error {signed(error, 4)}° with U {expanded:.4f}° at pitch {significant(where[0], 6)}°, "
+        f"roll {significant(where[1], 6)}° is {side} the limit of {limit_deg:g}°{reservation}"
     )
 
 

@@ -72,6 +72,11 @@ class AngleErrors:
         return self.coverage_factor * self.standard_uncertainty_deg
 
     @property
+    def largest(self) -> int:
+        """The point where the size of the error is largest."""
+        return int(np.argmax(np.abs(self.error_deg)))
+
+    @property
     def worst(self) -> int:
         """The point where the size of the error and its expanded uncertainty together are largest."""
         return int(np.argmax(np.abs(self.error_deg) + self.expanded_deg))

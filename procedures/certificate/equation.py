@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from ams.models.accelerometer import PITCH_ROLL
+from ams.models.extended import EXTENDED
 from ams.parameter_words import words_of
 from ams.sets.canonical import Document, listed, number, table
 from ams.sets.coefficients import CoefficientSet
@@ -23,6 +25,8 @@ _NEAREST_RATE = (
     "approximation, c₀ + c_x·w_x + c_y·w_y + c_z·w_z, so that b, S, Ω and A are those of the straight line that comes "
     "closest over the rates calibrated (scale factor and nonlinearity as IEEE Std 528 has them)."
 )
+_PRINTED: Mapping[str, str] = {EXTENDED.name: PITCH_ROLL.name}
+"""What is printed of a model that nobody chooses by its name; its terms are told beside the sources."""
 _BENT = ", with terms of second and third order fᵀQf, tr Q = 0, and K₃ as IEEE Std 1293 has them"
 _BENT_RATE = ", with the nonlinearity of the scale factor, K₂ and K₃"
 _MEANINGS: Mapping[str, str] = {
@@ -56,7 +60,9 @@ def method_of(coefficients: CoefficientSet) -> str:
         printed[str(equation["source"])] = None
         if _is_bent(coefficients.axes[axis]):
             bent[str(equation["name"])] = _BENT_RATE if coefficients.axes[axis].form.senses_rates else _BENT
-    return "; ".join(f"“{name}” ({', '.join(sources)}{bent.get(name, '')})" for name, sources in found.items())
+    return "; ".join(
+        f"“{_PRINTED.get(name, name)}” ({', '.join(sources)}{bent.get(name, '')})" for name, sources in found.items()
+    )
 
 
 def forms_of(coefficients: CoefficientSet) -> Iterator[PrintedForm]:

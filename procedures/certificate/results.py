@@ -46,6 +46,9 @@ class AngleRow:
     roll: str
     error: str
     expanded: str
+    factor: str
+    is_capability: bool
+    """The uncertainty stated is the laboratory's capability, not the smaller one calculated."""
 
 
 def coefficients_of(coefficients: CoefficientSet, capability_deg: float | None) -> Iterator[Coefficient]:
@@ -70,13 +73,17 @@ def angle_rows(
 ) -> Iterator[AngleRow]:
     """Yield errors along both axes of the plane of attitudes: pitch varied near roll 0, roll varied near pitch 0.
 
-    Beside them where error and uncertainty are largest together, and what every judgement was decided by. An attitude
-    has one row: of several visits the one that decided, else the one that is farthest out.
+    Beside them where the error is largest, where error and uncertainty are largest together, and what every judgement
+    was decided by. An attitude has one row: of several visits the one that decided, else the one that is farthest out;
+    the largest error has its row whatever decided.
     """
     for name, found in errors.items():
         decided = [_decided(found, judgement) for judgement in judgements if judgement.angle == name]
         for row in _shown(found, [row for row in decided if row is not None]):
-            expanded = max(float(found.expanded_deg[row]), capability_deg or 0.0)
+            calculated = float(found.expanded_deg[row])
+            expanded = max(calculated, capability_deg or 0.0)
+            is_capability = expanded > calculated
+            factor = COVERAGE_FACTOR if is_capability else float(found.coverage_factor[row])
             digits = last_place(expanded)
             yield AngleRow(
                 name,
@@ -84,6 +91,8 @@ def angle_rows(
                 angle(float(found.roll_deg[row])),
                 to_place(float(found.error_deg[row]), digits).replace("-", "−"),
                 to_place(expanded, digits),
+                f"{factor:.2f}",
+                is_capability,
             )
 
 
@@ -107,8 +116,8 @@ def _shown(found: AngleErrors, decided: Sequence[int]) -> list[int]:
     for row in np.argsort(np.abs(found.error_deg) + found.expanded_deg).tolist():
         farthest[attitudes[row]] = row
     farthest |= {attitudes[row]: row for row in reversed(decided)}
-    wanted = [*_cross(found), *(attitudes[row] for row in (found.worst, *decided))]
-    return [farthest[attitude] for attitude in dict.fromkeys(wanted)]
+    wanted = [*_cross(found), *(attitudes[row] for row in (found.largest, found.worst, *decided))]
+    return list(dict.fromkeys([*(farthest[attitude] for attitude in dict.fromkeys(wanted)), found.largest]))
 
 
 def _attitudes(found: AngleErrors) -> list[tuple[float, float]]:

@@ -16,8 +16,9 @@ from ams.calibration_result import Calibration, ParameterEstimate
 from ams.frames import wrap_deg
 from ams.parameter_words import words_of
 from ams.rounding import two_digits, with_uncertainty
+from ams.statistics.intervals import degrees_of_freedom
 from ams.units import printed
-from procedures.numbers import degrees_of_freedom, p_value, three_digits
+from procedures.numbers import p_value, three_digits
 from procedures.plan.plan import Plan
 from procedures.plan.steps import Turn
 from procedures.records.dwells import DwellRecord

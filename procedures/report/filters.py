@@ -13,11 +13,12 @@ from markupsafe import Markup, escape
 from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.parameter_words import words_of
 from ams.rounding import last_place, to_place, two_digits, with_uncertainty
+from ams.statistics.intervals import degrees_of_freedom
 from ams.surveillance.attitude_errors import AngleErrors
 from ams.surveillance.level_errors import LevelErrors
 from ams.units import printed as printed_unit
 from procedures.journal.audit.audit_trail import Interruption
-from procedures.numbers import angle, arcsec, attitude, degrees_of_freedom, duration, p_value, three_digits
+from procedures.numbers import angle, arcsec, attitude, duration, p_value, three_digits
 from procedures.report.canvas import Figure
 from procedures.report.figures import are_left_out
 from procedures.report.findings_in_short import significant_findings, test_name, tests_in_short
@@ -208,24 +209,22 @@ def data_uri(figure: Figure) -> Markup:
 
 def largest_error(errors: AngleErrors) -> str:
     """Return the largest error, degrees, to the place of its uncertainty."""
-    return (
-        _minus(with_uncertainty(float(errors.error_deg[errors.worst]), float(errors.expanded_deg[errors.worst]))[0])
-        + "°"
-    )
+    at = errors.largest
+    return f"{_minus(with_uncertainty(float(errors.error_deg[at]), float(errors.expanded_deg[at]))[0])}°"
 
 
 def largest_expanded(errors: AngleErrors) -> str:
-    return f"{two_digits(float(errors.expanded_deg[errors.worst]))}°"
+    return f"{two_digits(float(errors.expanded_deg[errors.largest]))}°"
 
 
 def largest_budget(errors: AngleErrors) -> str:
     """Return the parts of the standard uncertainty of the largest error; empty where its store has none."""
-    worst = errors.worst
-    return ", ".join(f"{name} {two_digits(float(part[worst]))}°" for name, part in errors.parts_deg.items())
+    at = errors.largest
+    return ", ".join(f"{name} {two_digits(float(part[at]))}°" for name, part in errors.parts_deg.items())
 
 
 def largest_at(errors: AngleErrors) -> str:
-    return attitude({"pitch": float(errors.pitch_deg[errors.worst]), "roll": float(errors.roll_deg[errors.worst])})
+    return attitude({"pitch": float(errors.pitch_deg[errors.largest]), "roll": float(errors.roll_deg[errors.largest])})
 
 
 def largest_level_error(errors: LevelErrors) -> str:

@@ -8,8 +8,8 @@ from ams.models.rate_terms import LOW_ORDER_NAMES
 from ams.parameter_words import words_of
 from ams.rounding import two_digits
 from ams.statistics.budget import NEGLIGIBLE
+from ams.statistics.intervals import degrees_of_freedom
 from ams.units import small_unit
-from procedures.numbers import degrees_of_freedom
 
 COMBINED = "combined"
 FORMS = (

@@ -266,7 +266,7 @@ def _pointing(rig: RigDescription) -> Iterable[tuple[str, str | None]]:
 
 
 def _dwells(record: RunRecord) -> dict[str, Any]:
-    """Return how many dwells of a run were measured, and each that was rejected or taken back."""
+    """Return how many dwells a run measured, at reference attitudes among them, and each that does not count."""
     rejected = [
         {
             "purpose": dwell.purpose,
@@ -279,4 +279,5 @@ def _dwells(record: RunRecord) -> dict[str, Any]:
         for dwell, is_repeated in zip(record.dwells, measured_again(record.dwells), strict=True)
         if not dwell.accepted
     ]
-    return {"measured": len(record.dwells), "rejected": rejected}
+    beside = sum(dwell.purpose != "design" for dwell in record.dwells)
+    return {"measured": len(record.dwells), "reference_visits": beside, "rejected": rejected}

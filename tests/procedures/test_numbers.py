@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ams.rounding import two_digits, with_uncertainty
-from procedures.numbers import angle, arcsec, degrees_of_freedom, duration, p_value, three_digits
+from ams.statistics.intervals import degrees_of_freedom
+from procedures.numbers import angle, arcsec, duration, p_value, three_digits
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from ams.archive.run_search import FoundRun
 from ams.archive.sets import ArchivedSet
 from ams.archive.sign_offs import AcceptedFinding, SignOff
 from ams.parameter_words import words_of
+from ams.rounding import signed, significant
 from ams.sets.dated_ahead import is_dated_ahead
 from ams.sets.stated_verdict import NOT_USABLE
 from ams.surveillance.adjustment import Adjustment, Condition
@@ -116,12 +117,12 @@ def _condition_lines(condition: Condition, not_judged: str | None) -> Iterator[s
     judged = f"not judged, {not_judged}" if not_judged else condition.verdict or "no limit to judge by"
     yield f"{name}: {judged} (set {condition.set_sha256[:12]})"
     for errors in condition.errors.values():
-        worst = errors.worst
+        at = errors.largest
         left_out = f", {errors.left_out} attitudes do not tell it" if errors.left_out else ""
         yield (
-            f"  {errors.angle}: at most {errors.error_deg[worst]:+.5f}° with U {errors.expanded_deg[worst]:.5f}° "
-            f"(k = {errors.coverage_factor[worst]:.2f}) at pitch {errors.pitch_deg[worst]:g}°, roll "
-            f"{errors.roll_deg[worst]:g}°{left_out}"
+            f"  {errors.angle}: at most {signed(errors.error_deg[at], 5)}° with U {errors.expanded_deg[at]:.5f}° "
+            f"(k = {errors.coverage_factor[at]:.2f}) at pitch {significant(errors.pitch_deg[at], 6)}°, roll "
+            f"{significant(errors.roll_deg[at], 6)}°{left_out}"
         )
     yield from (f"  {angle}: not determined at any attitude of the usage range" for angle in condition.undetermined)
     for level in condition.level_errors.values():

@@ -254,7 +254,8 @@ def test_an_expanded_uncertainty_names_its_coverage_factor() -> None:
     """Student's t for 95 %: 2.5706 at 5 degrees of freedom, 1.9600 at infinitely many (GUM, table G.2)."""
     solved = solved_axis("x")
     dof = {"offset_v": 5.0, "k_z_v_per_g": np.inf}
-    axis = type(solved)(**{**vars(solved), "primary_dof": np.array([5.0, 5.0, 5.0, np.inf])})
+    printed = {"offset_v": "5", "k_x_v_per_g": "> 10 000", "k_z_v_per_g": "∞"}
+    axis = type(solved)(**{**vars(solved), "primary_dof": np.array([5.0, 2963126830.39 / 1e3, 5.0, np.inf])})
     root = root_of(build_set(Calibration({"x": axis}, "pitch-roll", "TP"), provenance()))
     for name, factor in zip(dof, (2.5706, 1.9600), strict=True):
         real = quantity(root, f"x.primary.{name.replace('_', '_5f_')}").find("si:real", NS)
@@ -264,6 +265,11 @@ def test_an_expanded_uncertainty_names_its_coverage_factor() -> None:
         assert stated == pytest.approx(factor, abs=5e-5)
         assert expanded == pytest.approx(stated * np.sqrt(variance), rel=1e-9)
         assert real.findtext("si:unit", namespaces=NS) == r"\volt"
+    for name, words in printed.items():
+        about = quantity(root, f"x.primary.{name.replace('_', '_5f_')}").findtext(
+            "dcc:description/dcc:content", namespaces=NS
+        )
+        assert about.endswith(f"effective degrees of freedom {words}")
 
 
 def test_the_parts_of_a_covariance_stand_apart() -> None:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from ams.surveillance.adjustment import judge
+from ams.surveillance.adjustment import RULES, judge
 from ams.surveillance.attitude_errors import AngleErrors
 from procedures.certificate.results import AngleRow, angle_rows, is_visited_again
+from procedures.report.filters import FILTERS
 
 ATTITUDES = [(pitch, roll) for pitch in (-30.0, 0.0, 30.0) for roll in (-90.0, 0.0, 90.0)]
 
@@ -55,3 +56,37 @@ def test_an_attitude_that_was_visited_twice_has_one_row_with_the_visit_that_is_f
         (place,) = visits
         farthest = max(first[place], second[place], key=abs)
         assert float(row.error.replace("−", "-")) == pytest.approx(farthest, abs=6e-5)
+
+
+def uneven() -> AngleErrors:
+    """Errors of which the largest is where U is small, and |error| + U is largest somewhere else; both off level."""
+    error_deg, u_deg = np.zeros(len(ATTITUDES)), np.full(len(ATTITUDES), 1e-4)
+    error_deg[-1], error_deg[0], u_deg[0] = -0.00048, -0.0001, 5e-4
+    pitch, roll = np.array(ATTITUDES).T
+    return AngleErrors("pitch", pitch, roll, error_deg, u_deg, np.full(len(ATTITUDES), 1.97), 0)
+
+
+def test_the_largest_error_has_a_row_and_u_stands_with_its_k() -> None:
+    rows = {(row.pitch, row.roll): row for row in angle_rows({"pitch": uneven()}, [], None)}
+    assert {("30°", "90°"), ("−30°", "−90°")} <= set(rows)
+    assert (rows["30°", "90°"].error, rows["30°", "90°"].factor) == ("−0.00048", "1.97")
+    capable = {(row.pitch, row.roll): row for row in angle_rows({"pitch": uneven()}, [], 0.0005)}
+    assert [(capable[at].factor, capable[at].is_capability) for at in (("30°", "90°"), ("−30°", "−90°"))] == [
+        ("2.00", True),
+        ("1.97", False),
+    ]
+
+
+def test_the_report_and_the_archive_name_the_largest_error_where_it_is() -> None:
+    assert FILTERS["largest_error"](uneven()) == "−0.00048°"
+    assert FILTERS["largest_at"](uneven()) == "pitch 30°, roll 90°"
+    assert FILTERS["largest_expanded"](uneven()) == "0.00020°"
+
+
+def test_a_judgement_has_minus_signs_and_the_rule_names_the_risk() -> None:
+    sentence = judge(uneven(), 0.1, "guard-band").sentence
+    assert "error −0.0001° with U 0.0010° at pitch −30°, roll −90° is inside" in sentence
+    assert "-" not in sentence
+    assert "|error| − U" in RULES["guard-band"]
+    assert "2.5 %" in RULES["guard-band"]
+    assert "50 %" in RULES["simple"]

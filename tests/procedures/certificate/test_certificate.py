@@ -274,6 +274,9 @@ def test_how_many_dwells_do_not_count_stands_on_page_paper_and_dcc(
         assert sentence in text
         for dwell in rejected:
             assert f"design, replication {dwell['replication']}, point {dwell['point']}, attempt 1" in text
+    visits = {"measured": 278, "reference_visits": 26, "rejected": rejected}
+    among = "252 of the design and 26 at reference attitudes"
+    assert among in _text(_grounds(coefficients=_set(dwells=visits)))
     assert "does not state how many dwells" in _text(_grounds()), "a set of before the key"
 
 

@@ -270,7 +270,7 @@ def test_that_holds_for_terms_of_second_and_third_order() -> None:
     grounds = Grounds("1", date(2026, 3, 3), entry, None, SignOff(entry.sha256, (), ()), is_specimen=True)
     page = certificate_page(grounds)
     hold_told_outputs(page, entry)
-    assert "model “pitch-roll-extended” (TP" in page
+    assert "model “pitch-roll” (TP" in page
     assert "q<sub>xx</sub>·(f<sub>x</sub>² − f<sub>z</sub>²)" in page
     shown = " ".join(re.findall(r"<p>Axis .*?</p>", page))
     assert "_" not in shown, "an index stands beside its letter"
