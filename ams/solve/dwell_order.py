@@ -14,7 +14,7 @@ SETTLES_IN: Final = 1.0 / 12.0
 of it to three times it."""
 _AT_REST: Final = 1e-3
 """Of the fastest turn: slower is none."""
-_ONE_AXIS: Final = 0.99
+_SAME_AXIS: Final = 0.99
 """Cosine between the axes of two turns about one."""
 _STANDS: Final = 0.1
 """Of a turn: an axis that takes less of it stands."""
@@ -74,7 +74,7 @@ def moves_of_slower_axes(*angles_rad: FloatArray) -> BoolArray:
 
 
 @remembered(16)
-def rows_of_one_laying(
+def rows_by_laying(
     order: IntArray, replication: IntArray, angles_rad: FloatArray, euler_rate_rad_s: FloatArray | None
 ) -> IntArray:
     """Return the (N,) number of the run of rows, one after the other in time, that each row stands in; −1: in none.
@@ -94,10 +94,10 @@ def rows_of_one_laying(
         is_end = _lays_otherwise(rates[moving] / speed[moving, None], angles_rad[moving])
     is_end |= np.diff(replication[moving]) != 0
     number = np.concatenate([[-1], np.cumsum(np.append(0, is_end))[: moving.size], [-2]])
-    place = np.arange(order.size)
-    before = number[np.searchsorted(moving, place, side="right")]
+    position = np.arange(order.size)
+    before = number[np.searchsorted(moving, position, side="right")]
     run = np.empty(order.size, dtype=np.int64)
-    run[together] = np.where(before == number[np.searchsorted(moving, place) + 1], before, -1)
+    run[together] = np.where(before == number[np.searchsorted(moving, position) + 1], before, -1)
     return run
 
 
@@ -108,6 +108,6 @@ def _lays_otherwise(axis: FloatArray, angles_rad: FloatArray) -> BoolArray:
     """
     if len(axis) == 0:
         return np.zeros(0, dtype=bool)
-    is_other = np.abs(np.einsum("ma,ma->m", axis[1:], axis[:-1])) < _ONE_AXIS
+    is_other = np.abs(np.einsum("ma,ma->m", axis[1:], axis[:-1])) < _SAME_AXIS
     moves = np.stack([has_moved(angle) for angle in angles_rad.T], axis=1)
     return np.asarray(is_other | np.any(moves & (np.abs(axis[1:]) < _STANDS), axis=1))

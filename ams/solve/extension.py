@@ -24,7 +24,7 @@ from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.layout import Layout, layout_of
 from ams.solve.linear_form import orthogonal
-from ams.solve.lone_errors import one_column_a_row
+from ams.solve.lone_errors import column_by_row
 from ams.solve.replicated import DISTINGUISHED, about_their_mean, columns_per_replication, left_in_means, loose_root
 from ams.statistics.intervals import f_test
 
@@ -330,7 +330,7 @@ class _Generalised:
 def _generalised(joined: FloatArray, means: _PointMeans) -> _Generalised:
     q, r = orthogonal(joined)
     ordinary = np.asarray(np.linalg.solve(r, q.T @ means.output_v), dtype=float)
-    columns = np.hstack([joined, (means.output_v - joined @ ordinary)[:, None], one_column_a_row(means.common)])
+    columns = np.hstack([joined, (means.output_v - joined @ ordinary)[:, None], column_by_row(means.common)])
     gram, m = columns.T @ (means.readings[:, None] * columns), ordinary.size + 1
     squares, directions = np.linalg.eigh(gram[m:, m:])
     return _Generalised(ordinary, gram[:m, :m], np.maximum(squares, 0.0), gram[:m, m:] @ directions)

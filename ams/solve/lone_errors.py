@@ -19,7 +19,7 @@ def lone_apart(common: FloatArray) -> tuple[FloatArray, FloatArray]:
     return np.asarray(np.vecdot(lone, lone)), common[..., reaches > 1]
 
 
-def one_column_a_row(common: FloatArray) -> FloatArray:
+def column_by_row(common: FloatArray) -> FloatArray:
     """Return (…, K, q) columns of the same covariance, with one for all errors that reach the same row alone."""
     variance, others = lone_apart(common)
     reached = np.flatnonzero(variance.reshape(-1, variance.shape[-1]).any(axis=0))

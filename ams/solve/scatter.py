@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray, IntArray
-from ams.solve.lone_errors import one_column_a_row
+from ams.solve.lone_errors import column_by_row
 
 _BISECTIONS = 60
 _LONGEST_STEP = 5.0
@@ -67,7 +67,7 @@ def points_scatter(
     whole = Scatter(square / dof, np.full(size, float(dof)))
     if common.shape[-1] == 0 or not square.any():
         return whole
-    spread, along = _principal(_across(q, root * one_column_a_row(common)), residuals)
+    spread, along = _principal(_across(q, root * column_by_row(common)), residuals)
     directions = np.isfinite(spread).sum(axis=1)
     free = dof - directions
     rest = np.maximum(square - along.sum(axis=1), 0.0)
@@ -87,7 +87,7 @@ def expected_scatter(
         return whole
     root = np.sqrt(weights)[:, None]
     q, _ = np.linalg.qr(root * basis)
-    across = _across(q, root * one_column_a_row(common))
+    across = _across(q, root * column_by_row(common))
     variances = np.linalg.eigvalsh(np.swapaxes(across, -1, -2) @ across)
     spread = np.asarray(np.where(variances <= _NEGLIGIBLE * variances[:, -1:], np.inf, variances), dtype=np.float64)
     there = np.isfinite(spread)

@@ -165,9 +165,9 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     r = confounding(evidence, LINEAR_COLUMNS, time_s)
     what, has_drift = stimulus_of(evidence.models[0]), _even_drift_is_solved(evidence)
     through = [] if r is None else [_in_replications(r)]
-    told = [found for found in through if found.is_confounded and not has_drift] or [*_in_layings(evidence, time_s)]
+    met = [found for found in through if found.is_confounded and not has_drift] or [*_in_layings(evidence, time_s)]
     details: dict[str, float | str | None] = {"test": "time with attitude"}
-    for found in told:
+    for found in met:
         fact = (
             f"time and {what} go together {found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): "
             f"{found.passes} and is not in the uncertainties"
@@ -180,7 +180,7 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
         what_to_do = f"measure every replication to its end, in {found.otherwise}{by_term}"
         details |= {"correlation": found.r}
         yield Finding("time-confounded", fact, True, None, details=details, what_to_do=what_to_do)
-    if not told and r is not None:
+    if not met and r is not None:
         fact = (
             f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
             f"{'; an even drift is in the solution' if has_drift else ''}"
@@ -201,8 +201,8 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
         return
     r = confounding(evidence, LINEAR_COLUMNS, passed)
     through = [] if r is None or _even_drift_is_solved(evidence) else [_in_replications(r)]
-    told = [found for found in through if found.is_confounded] or [*_in_layings(evidence, passed)]
-    for found in told:
+    met = [found for found in through if found.is_confounded] or [*_in_layings(evidence, passed)]
+    for found in met:
         fact = (
             f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
             f"{found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): {found.passes}, and is not "

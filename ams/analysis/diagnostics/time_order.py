@@ -17,7 +17,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
 from ams.remembered import remembered
-from ams.solve.dwell_order import rows_in_time, rows_of_one_laying, settling_of_rows, turns_in_replication
+from ams.solve.dwell_order import rows_by_laying, rows_in_time, settling_of_rows, turns_in_replication
 from ams.solve.layout import Layout
 from ams.solve.linear_form import orthogonal
 from ams.statistics.distributions import f_tail
@@ -235,7 +235,7 @@ def confounding_in_layings(evidence: Evidence, linear: int, column: FloatArray) 
     yaw_rad = np.zeros(layout.rows) if rows.yaw_rad is None else rows.yaw_rad
     angles_rad = np.stack([rows.pitch_rad, yaw_rad, rows.roll_rad], axis=1)
     order = rows_in_time(column, layout.rows)
-    run = rows_of_one_laying(order, layout.replication, angles_rad, rows.euler_rate_rad_s)
+    run = rows_by_laying(order, layout.replication, angles_rad, rows.euler_rate_rad_s)
     if run.max() < layout.replications:
         return None
     return _confounding(run, layout.point, evidence.basis, linear, column)

@@ -11,7 +11,7 @@ from ams.frames import Attitude
 from ams.inputs.table_uncertainty import IndexErrors, TableUncertainty, index_columns
 from ams.models.accelerometer import PitchRoll
 from ams.solve.linear_form import factor
-from ams.solve.lone_errors import lone_apart, one_column_a_row
+from ams.solve.lone_errors import column_by_row, lone_apart
 from ams.solve.mixed_model import weighted_estimator
 from ams.solve.scatter import points_scatter
 from ams.units import RAD_PER_ARCSEC
@@ -50,7 +50,7 @@ def test_what_is_found_is_that_of_the_whole_covariance(design: str, certificate:
     for index in range(2):
         whole = np.diag(variances[index]) + others[index] @ others[index].T
         np.testing.assert_allclose(whole, known[index], atol=1e-12 * np.abs(known).max())
-    assert one_column_a_row(common).shape[2] <= points + others.shape[2]
+    assert column_by_row(common).shape[2] <= points + others.shape[2]
 
     scatter = points_scatter(basis, outputs, common, weights, 0.0)
     own = 4e-10 / weights
