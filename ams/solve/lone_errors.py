@@ -14,7 +14,8 @@ def lone_apart(common: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     ``common``: (…, K, q), whose covariance G Gᵀ is that of both. A column that reaches nothing is left out.
     """
-    reaches = np.count_nonzero(common.reshape(-1, *common.shape[-2:]).any(axis=0), axis=0)
+    reached = common.any(axis=tuple(range(common.ndim - 2)))
+    reaches = np.count_nonzero(reached, axis=0)
     lone = common[..., reaches == 1]
     return np.asarray(np.vecdot(lone, lone)), common[..., reaches > 1]
 
@@ -22,7 +23,7 @@ def lone_apart(common: FloatArray) -> tuple[FloatArray, FloatArray]:
 def column_by_row(common: FloatArray) -> FloatArray:
     """Return (…, K, q) columns of the same covariance, with one for all errors that reach the same row alone."""
     variance, others = lone_apart(common)
-    reached = np.flatnonzero(variance.reshape(-1, variance.shape[-1]).any(axis=0))
+    reached = np.flatnonzero(variance.any(axis=tuple(range(variance.ndim - 1))))
     alone = np.sqrt(variance)[..., reached, None] * np.eye(variance.shape[-1])[reached][:, reached]
     whole = np.zeros((*variance.shape, reached.size))
     whole[..., reached, :] = alone

@@ -76,3 +76,15 @@ def _columns(stood: Attitude, table: TableUncertainty, primary: FloatArray) -> F
     slopes = dict(PitchRoll("x").angle_jacobian(primary, stood))
     of_indices = index_columns(table, {"pitch": stood.pitch_rad, "roll": stood.roll_rad}, slopes)
     return np.column_stack([of_indices, 1e-6 * np.cos(stood.roll_rad)])
+
+
+@pytest.mark.parametrize("shape", [(5, 0), (3, 5, 0), (5, 2), (3, 5, 2), (2, 3, 5, 4)])
+def test_columns_of_any_number_of_outputs_and_none_at_all_keep_their_covariance(shape: tuple[int, ...]) -> None:
+    """A package without a declared table has no column: its solution ended in a ValueError."""
+    common = _RNG.standard_normal(shape)
+    common[..., 1:, : shape[-1] // 2] = 0.0
+    variances, others = lone_apart(common)
+    whole, known = column_by_row(common), common @ np.swapaxes(common, -1, -2)
+    np.testing.assert_allclose(whole @ np.swapaxes(whole, -1, -2), known, atol=1e-12)
+    in_rows = variances[..., None] * np.eye(shape[-2])
+    np.testing.assert_allclose(in_rows + others @ np.swapaxes(others, -1, -2), known, atol=1e-12)
