@@ -65,9 +65,10 @@ def points_scatter(
     residuals = _across(q, root * outputs)
     square = np.einsum("km,km->m", residuals, residuals)
     whole = Scatter(square / dof, np.full(size, float(dof)))
-    if common.shape[-1] == 0 or not square.any():
+    columns = column_by_row(common)
+    if columns.shape[-1] == 0 or not square.any():
         return whole
-    spread, along = _principal(_across(q, root * column_by_row(common)), residuals)
+    spread, along = _principal(_across(q, root * columns), residuals)
     directions = np.isfinite(spread).sum(axis=1)
     free = dof - directions
     rest = np.maximum(square - along.sum(axis=1), 0.0)
@@ -82,12 +83,12 @@ def expected_scatter(
     dof, size = basis.shape[0] - basis.shape[1], variance.size
     if dof <= 0:
         return Scatter(np.full(size, np.nan), np.full(size, np.nan))
-    whole = Scatter(variance, np.full(size, float(dof)))
-    if common.shape[-1] == 0:
+    whole, columns = Scatter(variance, np.full(size, float(dof))), column_by_row(common)
+    if columns.shape[-1] == 0:
         return whole
     root = np.sqrt(weights)[:, None]
     q, _ = np.linalg.qr(root * basis)
-    across = _across(q, root * column_by_row(common))
+    across = _across(q, root * columns)
     variances = np.linalg.eigvalsh(np.swapaxes(across, -1, -2) @ across)
     spread = np.asarray(np.where(variances <= _NEGLIGIBLE * variances[:, -1:], np.inf, variances), dtype=np.float64)
     there = np.isfinite(spread)

@@ -13,7 +13,7 @@ from ams.models.accelerometer import PitchRoll
 from ams.solve.linear_form import factor
 from ams.solve.lone_errors import column_by_row, lone_apart
 from ams.solve.mixed_model import weighted_estimator
-from ams.solve.scatter import points_scatter
+from ams.solve.scatter import expected_scatter, points_scatter
 from ams.units import RAD_PER_ARCSEC
 
 _RNG = np.random.default_rng(4)
@@ -88,3 +88,19 @@ def test_columns_of_any_number_of_outputs_and_none_at_all_keep_their_covariance(
     np.testing.assert_allclose(whole @ np.swapaxes(whole, -1, -2), known, atol=1e-12)
     in_rows = variances[..., None] * np.eye(shape[-2])
     np.testing.assert_allclose(in_rows + others @ np.swapaxes(others, -1, -2), known, atol=1e-12)
+
+
+def test_errors_that_reach_nothing_are_none() -> None:
+    """Such as steps of a reading that are drowned in its noise: every column of them is zero."""
+    pitch, roll = _GRID
+    basis = PitchRoll("x").basis(Attitude(pitch, roll))
+    outputs, weights = _RNG.standard_normal((pitch.size, 2)), np.ones(pitch.size)
+    nothing = np.zeros((2, pitch.size, 3))
+    for found, wanted in (
+        (points_scatter(basis, outputs, each, weights), points_scatter(basis, outputs, nothing[..., :0], weights))
+        for each in (nothing, nothing[..., :1])
+    ):
+        np.testing.assert_array_equal(found.variance, wanted.variance)
+        np.testing.assert_array_equal(found.dof, wanted.dof)
+    planned = expected_scatter(basis, np.ones(2), nothing, weights)
+    np.testing.assert_array_equal(planned.variance, np.ones(2))
