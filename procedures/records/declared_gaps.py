@@ -5,7 +5,8 @@ Source: ISO/IEC 17025:2017, 7.8.2.1, 7.8.4.1.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Any, Final
 
 from ams.findings import Said
 from ams.observations import Observations
@@ -27,6 +28,13 @@ NOBODY_APPROVED = "nobody has signed the set as approved"
 OF_A_TWIN = "the readings come from a twin (SIMULATED)"
 VOLTS = "v"
 """As it is written in a key."""
+_OF_A_COIL: Final = MappingProxyType(
+    {
+        "strength": ("uncertainty_ut", "a field that is wrong by a part is a sensitivity that is wrong by it"),
+        "direction": ("direction_uncertainty_deg", "a field that lies otherwise is a package that is turned"),
+    }
+)
+"""What may be wrong of a coil, by which key it is declared, and what it does to a sensor."""
 
 
 @dataclass(frozen=True)
@@ -270,18 +278,20 @@ def field_remarks(rig: RigDescription, coils: Iterable[str], surroundings: str |
     keys = {
         f"{what} of {coil}": f"field.{coil}.{key}"
         for coil, settings in known.items()
-        for what, key in (("strength", "uncertainty_ut"), ("direction", "direction_uncertainty_deg"))
+        for what, (key, _) in _OF_A_COIL.items()
         if not getattr(settings, key)
     }
-    keys |= {} if surroundings is None else {"what stands beside": surroundings}
+    effects = [effect for what, (_, effect) in _OF_A_COIL.items() if any(name.startswith(what) for name in keys)]
+    if surroundings is not None:
+        keys["surroundings"] = surroundings
+        effects.append("what stands beside a coil passes for offset and sensitivity")
     if not keys:
         return ()
     return (
         Said(
-            f"{NO_FIELD} ({', '.join(keys)}): a field that is wrong by a part is a sensitivity that is wrong by it, "
-            "one that lies otherwise is a package that is turned, and what stands beside it passes for offset and "
-            "sensitivity; no residual shows it, and it is in no figure stated here",
-            f"declare {' and '.join(keys.values())}, standard uncertainties, by the certificate of the coil or of the "
+            f"{NO_FIELD} ({', '.join(keys)}): {', and '.join(effects)}; no residual shows it, and it is in no figure "
+            "stated here",
+            f"declare {' and '.join(keys.values())} as standard uncertainty, by the certificate of the coil or of the "
             "magnetometer that it was measured with",
         ),
     )
