@@ -28,6 +28,8 @@ LARGEST_CORRELATION = 0.8
 """Of time with what the linear sensor takes from the attitude; the same as of time with temperature."""
 _LARGEST: Final = 1.0 - 1e-12
 """Of a correlation."""
+_FEW_RUNS: Final = 2
+"""Of attitudes in a replication: nothing that comes back with each of them is asked for in so few."""
 _FADING: Final = (0.03, 0.1, 0.25)
 """Of the run: time constants of a sensor that settles after it was switched on."""
 _FREE_OF_FADING: Final = 2
@@ -229,14 +231,16 @@ def confounding_in_layings(evidence: Evidence, linear: int, column: FloatArray) 
     """Return the same inside the runs of rows of one laying, over all of them together.
 
     What comes back with each of them is a saw-tooth over the replication, and goes with the points where the column
-    does so inside the runs. None also where no replication has more than one of them.
+    does so inside the runs. None also where no replication has more than one of them, or of attitudes more than two:
+    six points of a tumble are two runs, whose few points time follows in any order.
     """
     rows, layout = evidence.rows, evidence.layout
     yaw_rad = np.zeros(layout.rows) if rows.yaw_rad is None else rows.yaw_rad
     angles_rad = np.stack([rows.pitch_rad, yaw_rad, rows.roll_rad], axis=1)
     order = rows_in_time(column, layout.rows)
     run = rows_by_laying(order, layout.replication, angles_rad, rows.euler_rate_rad_s)
-    if run.max() < layout.replications:
+    few = _FEW_RUNS if rows.euler_rate_rad_s is None else 1
+    if np.count_nonzero(np.bincount(run[run >= 0]) > 1) <= few * layout.replications:  # a row alone tells nothing
         return None
     return _confounding(run, layout.point, evidence.basis, linear, column)
 
