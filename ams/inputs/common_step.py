@@ -1,8 +1,7 @@
 """The largest step of which all readings are whole multiples apart, however few of them repeat.
 
 It tells the digits of a file as well as the step of a meter, and whoever calls it says what a step means beside the
-scatter. Of many readings
-:mod:`ams.inputs.step_of_readings` asks that they repeat instead.
+scatter. Of many readings :mod:`ams.inputs.step_of_readings` asks that they repeat instead.
 """
 
 from typing import Final

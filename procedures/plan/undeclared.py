@@ -21,7 +21,7 @@ from procedures.records.declared_gaps import (
 )
 from rig.description.rig_file import RigDescription, Sensor
 
-_LEVEL: Final = frozenset({"pitch_zero", "base_tilt"})
+LEVEL_PRIORS: Final = frozenset({"pitch_zero", "base_tilt"})
 """Priors of a joint fit by which the tilt of a base is declared whose level nobody read."""
 
 
@@ -81,7 +81,7 @@ def undeclared_of(rig: RigDescription, sensor: Sensor, plan: Plan) -> Undeclared
     is_of_magnet = levels is not None and levels.method == "magnet-difference"  # which tells its levels itself
     # Indices and a tilted base turn what senses a direction, and no rates.
     is_turned = sensor.measures != "rate" and not is_of_magnet
-    stands_level = solve.joint and set(solve.joint_priors_arcsec) >= _LEVEL
+    stands_level = solve.joint and set(solve.joint_priors_arcsec) >= LEVEL_PRIORS
     coils = dict.fromkeys(dwell.applied.coil for dwell in plan.dwells if dwell.applied is not None)
     is_unsure = levels is not None and levels.surroundings_ut is not None and not levels.surroundings_uncertainty_ut
     beside = "levels.surroundings_uncertainty_ut of the procedure" if is_unsure else None

@@ -275,13 +275,11 @@ def field_remarks(rig: RigDescription, coils: Iterable[str], surroundings: str |
     it is stated without an uncertainty.
     """
     known = {coil: rig.field[coil] for coil in coils if coil in rig.field}
-    keys = {
-        f"{what} of {coil}": f"field.{coil}.{key}"
-        for coil, settings in known.items()
-        for what, (key, _) in _OF_A_COIL.items()
-        if not getattr(settings, key)
-    }
-    effects = [effect for what, (_, effect) in _OF_A_COIL.items() if any(name.startswith(what) for name in keys)]
+    keys, effects = dict[str, str](), list[str]()
+    for what, (key, effect) in _OF_A_COIL.items():
+        unknown = [coil for coil, settings in known.items() if not getattr(settings, key)]
+        keys |= {f"{what} of {coil}": f"field.{coil}.{key}" for coil in unknown}
+        effects += [effect] if unknown else []
     if surroundings is not None:
         keys["surroundings"] = surroundings
         effects.append("what stands beside a coil passes for offset and sensitivity")

@@ -123,15 +123,14 @@ class _InOrder:
     passes: str
     otherwise: str
     """Which order tells them apart."""
-
-    @property
-    def is_confounded(self) -> bool:
-        return self.r > LARGEST_CORRELATION
+    by_term: str = ""
+    """What tells them apart in any order, as a sentence goes on with it."""
 
 
 def _in_replications(r: float) -> _InOrder:
     passes = "a drift within a replication would pass for offset and sensitivity"
-    return _InOrder(r, "inside the replications", passes, "an order such as there-and-back")
+    by_term = ", or take an even drift into the solution (--time-term linear; [solve] time_term)"
+    return _InOrder(r, "inside the replications", passes, "an order such as there-and-back", by_term)
 
 
 def _in_layings(evidence: Evidence, time_s: FloatArray) -> Iterator[_InOrder]:
@@ -153,37 +152,38 @@ def _even_drift_is_solved(evidence: Evidence) -> bool:
     return DRIFT_NAME in evidence.models[0].primary_names
 
 
-def time_confounded(evidence: Evidence) -> Iterator[Finding]:
-    """Yield a finding on the order of the points; without times one that is not significant, of the order of rows.
+def _confounded(evidence: Evidence, r: float | None, time_s: FloatArray) -> list[_InOrder]:
+    """Return where the order goes with the points: through the replications, else inside the layings; nowhere: empty.
 
-    An even drift in the solution holds what goes on through the replications, not what comes back with every laying.
+    ``r``: inside the replications. An even drift in the solution holds what goes on through them, not what comes back
+    with every laying.
     """
+    if r is not None and r > LARGEST_CORRELATION and not _even_drift_is_solved(evidence):
+        return [_in_replications(r)]
+    return [*_in_layings(evidence, time_s)]
+
+
+def time_confounded(evidence: Evidence) -> Iterator[Finding]:
+    """Yield a finding on the order of the points; without times one that is not significant, of the order of rows."""
     time_s = evidence.rows.time_s
     if time_s is None:
         yield from _rows_confounded(evidence)
         return
     r = confounding(evidence, LINEAR_COLUMNS, time_s)
-    what, has_drift = stimulus_of(evidence.models[0]), _even_drift_is_solved(evidence)
-    through = [] if r is None else [_in_replications(r)]
-    met = [found for found in through if found.is_confounded and not has_drift] or [*_in_layings(evidence, time_s)]
+    what, met = stimulus_of(evidence.models[0]), _confounded(evidence, r, time_s)
     details: dict[str, float | str | None] = {"test": "time with attitude"}
     for found in met:
         fact = (
             f"time and {what} go together {found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): "
             f"{found.passes} and is not in the uncertainties"
         )
-        by_term = (
-            ", or take an even drift into the solution (--time-term linear; [solve] time_term)"
-            if found in through
-            else ""
-        )
-        what_to_do = f"measure every replication to its end, in {found.otherwise}{by_term}"
+        what_to_do = f"measure every replication to its end, in {found.otherwise}{found.by_term}"
         details |= {"correlation": found.r}
         yield Finding("time-confounded", fact, True, None, details=details, what_to_do=what_to_do)
     if not met and r is not None:
         fact = (
             f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
-            f"{'; an even drift is in the solution' if has_drift else ''}"
+            f"{'; an even drift is in the solution' if _even_drift_is_solved(evidence) else ''}"
         )
         yield Finding("time-confounded", fact, False, None, details={**details, "correlation": r})
 
@@ -200,9 +200,7 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
         yield Finding("time-confounded", fact, False, None, details={"test": _NO_ORDER}, what_to_do=what_to_do)
         return
     r = confounding(evidence, LINEAR_COLUMNS, passed)
-    through = [] if r is None or _even_drift_is_solved(evidence) else [_in_replications(r)]
-    met = [found for found in through if found.is_confounded] or [*_in_layings(evidence, passed)]
-    for found in met:
+    for found in _confounded(evidence, r, passed):
         fact = (
             f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
             f"{found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): {found.passes}, and is not "

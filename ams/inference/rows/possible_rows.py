@@ -1,11 +1,11 @@
 """Outputs that no sensor gives and no meter reads: taken as missing, row by row, and told in the row."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Protocol
 
 import numpy as np
 
-from ams.arrays import FloatArray
+from ams.arrays import BoolArray, FloatArray
 from ams.attitude import flag_codes
 from ams.inference.rows.angle_stream import Answer
 from ams.inputs.possible_outputs import is_impossible, largest_possible
@@ -44,13 +44,20 @@ def possible_readings(
     return {**readings, **changed} if changed else readings
 
 
+def taken_as_missing(
+    readings: Mapping[str, FloatArray], possible: Mapping[str, FloatArray]
+) -> Iterator[tuple[str, BoolArray]]:
+    """Yield by column the (n,) rows that :func:`possible_readings` took as missing; nothing where it took none."""
+    for name, values in possible.items():
+        if values is not readings[name]:
+            yield name, np.isnan(values) & ~np.isnan(readings[name])
+
+
 def overload_codes(readings: Mapping[str, FloatArray], possible: Mapping[str, FloatArray]) -> flag_codes.AnswerCodes:
     """Return the (n,) codes of what :func:`possible_readings` took as missing."""
     codes = np.zeros(next(iter(readings.values())).size, dtype=np.uint64)
-    if possible is not readings:
-        for name, values in possible.items():
-            if values is not readings[name]:
-                codes[np.isnan(values) & ~np.isnan(readings[name])] = flag_codes.OVERLOAD
+    for _, rows in taken_as_missing(readings, possible):
+        codes[rows] = flag_codes.OVERLOAD
     return codes
 
 

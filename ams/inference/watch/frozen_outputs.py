@@ -48,7 +48,7 @@ _MOST_COUNTS: Final = 256
 _MOST_DIGITS: Final = 8
 _ROUNDING: Final = 1.2e-7
 """Of a number in single precision, relative: readings are taken to be no better than that."""
-_WORDS: Final = {**flag_codes.OVERLOAD_WORDS, **flag_codes.FROZEN_WORDS, **flag_codes.TEMPERATURE_WORDS}
+_WORDS: Final = {**flag_codes.FROZEN_WORDS, **flag_codes.OVERLOAD_WORDS, **flag_codes.TEMPERATURE_WORDS}
 
 
 def noise_by_column(packages: Sequence[Package | GyroPackage], reading_sd_v: float | None) -> dict[str, float]:
@@ -320,12 +320,7 @@ class FrozenOutputs:
         return bool(others) and all(self._outputs[other].shows_noise(self.noise[other]) for other in others)
 
     def _answered(self, found: Answer) -> Answer:
-        reasons = {
-            **found.reasons,
-            **flag_codes.FROZEN_WORDS,
-            **flag_codes.OVERLOAD_WORDS,
-            **flag_codes.TEMPERATURE_WORDS,
-        }
+        reasons = {**found.reasons, **_WORDS}
         if CARRIED_CODES in self.inner.optional or not self._is_by_row:
             return Answer(found.columns, found.codes, reasons)
         answered, self._codes = self._codes[: found.codes.size], self._codes[found.codes.size :]

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ams.arrays import FloatArray
+from ams.inference.rows.possible_rows import taken_as_missing
 from ams.inputs.possible_outputs import of_impossible
 
 
@@ -18,14 +19,10 @@ class ImpossibleOutputs:
 
     def take(self, readings: Mapping[str, FloatArray], possible: Mapping[str, FloatArray]) -> None:
         """Take further rows as they were read, and with what was taken as missing."""
-        if possible is readings:
-            return
-        for name in self._units:
-            taken = readings[name][np.isnan(possible[name]) & ~np.isnan(readings[name])]
-            if taken.size:
-                self._rows[name] += taken.size
-                both = np.append(taken, self._largest[name])
-                self._largest[name] = float(both[np.argmax(np.abs(both))])
+        for name, rows in taken_as_missing(readings, possible):
+            both = np.append(readings[name][rows], self._largest[name])
+            self._rows[name] += both.size - 1
+            self._largest[name] = float(both[np.argmax(np.abs(both))])
 
     def doubts(self) -> Iterator[str]:
         """Say of every column how many there were, and of what size."""

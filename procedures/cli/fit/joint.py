@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 from ams.calibration.joint_document import joint_calibration, joint_document, read_mountings
 from ams.calibration.jointly import solve_jointly, with_level
@@ -16,6 +16,7 @@ from ams.solve.table_errors import TablePriors
 from ams.units import RAD_PER_ARCSEC
 from procedures.cli.fit.coefficient_set import WishedSet, write_set
 from procedures.errors import RequestError
+from procedures.plan.undeclared import LEVEL_PRIORS
 from procedures.solution.crosstalk import with_scanned_volts
 from procedures.solution.meter_reach import meter_reach
 from procedures.solution.request import budgets_of, joint_priors_in_words
@@ -34,8 +35,6 @@ PRIORS = {
     "seat": "seat_rad",
 }
 """Name on the command line to its prior."""
-_TILTS: Final = frozenset({"pitch-zero", "base-tilt"})
-"""By which the tilt of a base is declared whose level nobody read."""
 
 
 def joint(
@@ -69,7 +68,8 @@ def joint(
     request = at_use(request, measured, recorded_temperatures(rows))
     stated = with_level(TablePriors(table=table_uncertainty(rig), **given), request.shared_errors)
     found, diagnosis = solve_jointly(mountings, tuple(columns), request, stated)
-    said = said_of_file(rows, columns, request, rig, sensor, stands_level=set(priors) >= _TILTS)
+    stands_level = {name.replace("-", "_") for name in priors} >= LEVEL_PRIORS
+    said = said_of_file(rows, columns, request, rig, sensor, stands_level=stands_level)
     calibration = joint_calibration(found, diagnosis, (*doubts, *said.warnings), said.remarks)
     budgets = budgets_of(calibration, request, rig, priors_in_words=joint_priors_in_words(priors.items()))
     solved = with_findings(calibration, said.undeclared.findings)
