@@ -14,6 +14,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray
 from ams.errors import ObservationsError
 from ams.frames import beside_axis
+from ams.models.gyro import mean_from_level
 from ams.models.model import Model, Stimulus
 from ams.models.registry import MODELS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
@@ -30,7 +31,7 @@ the tilt of the base about that axis; ``base-tilt``: radians, of the base across
 roll axis to the pitch axis; ``droop``: radians of pitch lost at the horizontal; ``temperature``: °C;
 ``level``: of the known levels of a straight line, in the columns that the observations state;
 ``field``: the same of a field that is known as a vector, where rows across an axis scatter by it;
-``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood;
+``rotation``: °/s along the level axes that ``columns`` names (0 to 2), seen by a gyro as the rows stood or turned;
 ``reading-course``, ``gain-course``: a reading or a gain that changes by it while the rows are taken, in their order of
 time (:mod:`ams.solve.shifts_within`);
 ``departure``: volts by which an output leaves its model at any attitude, unlike at attitudes that lie apart;
@@ -187,12 +188,12 @@ def _departing(model: Model, rows: Stimulus) -> FloatArray:
 
 
 def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
-    """Return (N, q) what one °/s along each of some level axes makes; None where no gyro stands in known attitudes."""
+    """Return (N, q) what one °/s along each of some level axes makes; None but for gyros."""
     named = dict(zip(model.primary_names, primary, strict=True))
     k = np.array([named.get(f"k_{axis}_v_per_dps", 0.0) for axis in "xyz"])
-    if rows.from_level is None or not k.any():
+    if not k.any() or (rows.from_level is None and rows.euler_rate_rad_s is None):
         return None
-    return np.asarray(np.einsum("i,nij->nj", k, rows.from_level[:, :, list(columns)]))
+    return np.asarray(np.einsum("i,nij->nj", k, mean_from_level(rows)[:, :, list(columns)]))
 
 
 def _leaning(error: SharedError, model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

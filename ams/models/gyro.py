@@ -15,7 +15,7 @@ import numpy as np
 
 from ams.arrays import Centring, FloatArray
 from ams.errors import ObservationsError
-from ams.frames import Attitude, body_rates_rad_s, wrap_deg
+from ams.frames import Attitude, body_rates_rad_s, from_level_axes, wrap_deg
 from ams.models.accelerometer import PitchRoll
 from ams.models.cr_sets import along_cr, cr_equation
 from ams.models.extended import linear_part
@@ -31,6 +31,8 @@ from ams.models.sensor_model import RATE_INPUTS, Equation, SensorModel, SetForm
 
 _NOTHING_FIXED: Mapping[str, tuple[float, float]] = {}
 _DEG_PER_RAD = degrees(1.0)
+_STILL = 1e-3
+"""Of the largest rate: a row that is slower stands."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,22 @@ def velocity_of_dps(stimulus: Stimulus) -> FloatArray:
     """Return the (N, 3) angular velocity in package axes. Raises: ObservationsError where no rates are known."""
     euler, rate = _motion(stimulus)
     return np.asarray(_DEG_PER_RAD * body_rates_rad_s(euler, rate))
+
+
+def mean_from_level(rows: Stimulus) -> FloatArray:
+    """Return (N, 3, 3) the mean rotation from level axes into those of the package on each row.
+
+    Where nothing states it a row that turns is taken to have turned whole turns: what lies along its axis is left.
+    """
+    if rows.from_level is not None:
+        return rows.from_level
+    yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
+    stood, velocity = from_level_axes(rows.pitch_rad, yaw, rows.roll_rad), velocity_of_dps(rows)
+    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
+    turns = speed > _STILL * speed.max(initial=0.0)
+    unit = velocity / np.where(turns, speed, 1.0)
+    along = np.einsum("ni,nj,njk->nik", unit, unit, stood)
+    return np.where(turns[:, :, None], along, stood)
 
 
 def _by_angle(slope_v_per_dps: FloatArray, stimulus: Stimulus) -> Mapping[str, FloatArray]:

@@ -53,6 +53,7 @@ def fit(
     rate_uncertainty_ppm: float | None = None,
     direction_uncertainty_arcsec: float | None = None,
     largest_g_sensitivity_dps_per_g: float | None = None,
+    rates_include_earth: bool = False,
     reference_uncertainty_ppm: float | None = None,
     reference_zero_uncertainty: float | None = None,
     sensor: str | None = None,
@@ -81,7 +82,7 @@ def fit(
         rate_uncertainty_ppm, direction_uncertainty_arcsec, largest_g_sensitivity_dps_per_g, reference_uncertainty_ppm,
         reference_zero_uncertainty,
     )  # fmt: skip
-    of_options = errors_of_options(stated, model, in_python)
+    of_options = errors_of_options(stated, model, in_python, rates_include_earth=rates_include_earth)
     described = None if rig is None else read_rig_of_site(Path(rig))
     require_sensor(described, sensor, str(rig))
     sensor = named_sensor(described, sensor, axes.values())

@@ -2,7 +2,8 @@
 
 A gyro senses the stage's rate and the Earth's together (15.04 °/h: MATH of the page on attitudes). Known latitude and
 heading of the table tell what the Earth adds along every axis at every dwell; the rates of the rows are then those
-against the stars. What is not declared is an error of unknown direction: :func:`earth_errors`.
+against the stars. What is not declared is an error of unknown direction, of a run (:func:`earth_errors`) as of a file
+whose rates are not stated to include it (:func:`earth_of_any_direction`).
 """
 
 from collections.abc import Iterator, Mapping
@@ -23,6 +24,7 @@ from procedures.records.dwells import DwellRecord
 from rig.description.rig_file import RigDescription, Sensor
 
 EARTH_DPS: Final = degrees(EARTH_RATE_RAD_S)
+_NAME: Final = "Earth's rotation"
 _HORIZONTAL, _VERTICAL = (0, 1), (2,)
 _STEPS: Final = 180
 """Of an axis that turns while it is read; equally spaced, they are exact for whole turns."""
@@ -62,14 +64,17 @@ def earth_errors(rig: RigDescription, sensor: Sensor) -> Iterator[SharedError]:
         return
     latitude, heading = rig.rig.latitude_deg, rig.rig.heading_deg
     if latitude is None:
-        stated = f"{EARTH_DPS:.4f} °/s in a direction that is not declared (rig.latitude_deg, rig.heading_deg)"
-        yield SharedError(
-            "Earth's rotation", "rotation", EARTH_DPS / sqrt(3.0), stated=stated, columns=(*_HORIZONTAL, *_VERTICAL)
-        )
+        yield earth_of_any_direction("rig.latitude_deg, rig.heading_deg")
     elif heading is None:
         level_dps = EARTH_DPS * cos(radians(latitude))
         stated = f"{level_dps:.4f} °/s along a horizon where north is not declared (rig.heading_deg)"
-        yield SharedError("Earth's rotation", "rotation", level_dps / sqrt(2.0), stated=stated, columns=_HORIZONTAL)
+        yield SharedError(_NAME, "rotation", level_dps / sqrt(2.0), stated=stated, columns=_HORIZONTAL)
+
+
+def earth_of_any_direction(declared_by: str) -> SharedError:
+    """Return the Earth's rate where nothing of it is known but its length; ``declared_by``: what would tell it."""
+    stated = f"{EARTH_DPS:.4f} °/s in a direction that is not declared ({declared_by})"
+    return SharedError(_NAME, "rotation", EARTH_DPS / sqrt(3.0), stated=stated, columns=(*_HORIZONTAL, *_VERTICAL))
 
 
 def earth_remarks(rig: RigDescription, sensor: Sensor) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from ams.frames import ANGLES
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import names_by_option, senses_rates, takes_levels
 from procedures.errors import RequestError
+from procedures.solution.earth_turn import earth_of_any_direction
 from procedures.solution.type_b import direction_error, g_sensitivity_error
 
 Option = Callable[[str], str]
@@ -56,6 +57,9 @@ STATED: Final[Mapping[str, StatedError]] = MappingProxyType(
 """Every option by which a fit is told what its reference is wrong by, or its sensor at most."""
 
 
+INCLUDED_BY: Final = "--rates-include-earth of calrig fit says that the rates include it"
+
+
 def on_command_line(name: str) -> str:
     """Return ``--calibrated-on`` of ``calibrated_on``."""
     return f"--{name.replace('_', '-')}"
@@ -97,26 +101,36 @@ def refuse_reference_temperature(reference_degc: float | None, temperature: str,
 
 
 def errors_of_options(
-    stated: Sequence[float | None], model: str, option: Option
+    stated: Sequence[float | None], model: str, option: Option, *, rates_include_earth: bool
 ) -> Mapping[str, tuple[SharedError, ...]]:
     """Return what the options of a fit state of the rates, of gravity's doing and of the known levels, for every axis.
 
-    ``stated``: the value of each option of :data:`STATED`, in its order.
+    ``stated``: the value of each option of :data:`STATED`, in its order. ``rates_include_earth``: whether the rates are
+    stated to include the Earth's, which is an error of gyros else.
 
     Raises: RequestError for one that is of another model, or beyond what is allowed.
     """
     found: list[SharedError] = []
+    if senses_rates(model) and not rates_include_earth:
+        found.append(earth_of_any_direction(INCLUDED_BY))
+    if rates_include_earth:
+        _require_model(model, senses_rates, "rates_include_earth", option)
     for (name, of), value in zip(STATED.items(), stated, strict=True):
         if value is None:
             continue
-        if model not in (names := tuple(filter(of.is_of, names_by_option()))):
-            given = option("model")
-            raise RequestError(f"{option(name)}: belongs to {given} {' or '.join(names)}, not to {given} {model}")
+        _require_model(model, of.is_of, name, option)
         if not 0.0 < value < of.largest:
             below = "" if of.largest == inf else f" and below {of.largest:g}"
             raise RequestError(f"{option(name)}: got {value:g}, allowed above 0{below} {of.unit}")
         found += of.errors_of(value)
     return dict.fromkeys("xyz", tuple(found)) if found else {}
+
+
+def _require_model(model: str, is_of: Callable[[str], bool], name: str, option: Option) -> None:
+    """Check that an option belongs to the model. Raises: RequestError where it does not."""
+    if model not in (names := tuple(filter(is_of, names_by_option()))):
+        given = option("model")
+        raise RequestError(f"{option(name)}: belongs to {given} {' or '.join(names)}, not to {given} {model}")
 
 
 REHEARSED_AHEAD = timedelta(days=31)

@@ -148,9 +148,16 @@ def rate_remarks(request: CalibrationRequest) -> tuple[str, ...]:
     """Say what of the rates is not in the values of gyros that are solved from a file."""
     if not MODELS[request.model].needs_rates:
         return ()
+    is_counted = any(error.effect == "rotation" for errors in request.shared_errors.values() for error in errors)
+    of_earth = (
+        f"the Earth's rotation ({EARTH_DPS:.4f} °/s) is in the uncertainty, in a direction that nothing states; put it "
+        "into the rates (latitude and heading of the table tell it) and say so by --rates-include-earth of calrig fit, "
+        "or calibrate by a run, which takes latitude_deg and heading_deg of the rig file"
+        if is_counted
+        else "the rates are stated to include the Earth's (--rates-include-earth of calrig fit): its rotation is in no "
+        "uncertainty"
+    )
     return (
-        f"rates are taken as those of the file: the Earth's rotation ({EARTH_DPS:.2g} °/s) is in the uncertainties "
-        "nowhere; where it matters put it into the rates, or calibrate by a run, which takes latitude_deg and "
-        "heading_deg of the rig file",
+        of_earth,
         *gravity_on_gyros_remarks(request.shared_errors, senses_rates=True),
     )

@@ -15,6 +15,7 @@ from ams.analysis.diagnostics.words.held_words import TURNS
 from ams.calibration.output.believed import Believed
 from ams.calibration.steps import step_words
 from ams.inputs.shared_errors import G_SENSITIVITY, NONLINEARITY, SHIFTS_WITHIN, SharedError
+from ams.observations import Observations
 
 
 def declared_departure(shared: Sequence[SharedError]) -> float:
@@ -48,6 +49,11 @@ def shift_limits(shared: Sequence[SharedError]) -> Mapping[str, float]:
 def declared_g_sensitivity(shared: Sequence[SharedError]) -> float | None:
     """Return the limit of what gravity does to a gyro, °/s per g; None where none is declared."""
     return next((error.limit for error in shared if error.name == G_SENSITIVITY), None)
+
+
+def counts_earth(rows: Observations, shared: Sequence[SharedError]) -> bool:
+    """Return whether the rates of the rows have the Earth's, or what is not known of it is an error that they share."""
+    return rows.from_level is not None or any(error.effect == "rotation" for error in shared)
 
 
 def lack_alike_over(seen: Believed, tests: AxisTests, departure: float) -> tuple[str, ...]:

@@ -43,6 +43,7 @@ from ams.arrays import FloatArray
 from ams.calibration.output.believed import Believed, evidence_of
 from ams.calibration.output.circumstances import Circumstances
 from ams.calibration.output.declared_limits import (
+    counts_earth,
     declared_departure,
     declared_g_sensitivity,
     lack_alike_over,
@@ -136,7 +137,9 @@ def _axis(seen: Believed, index: int, circumstances: Circumstances) -> Diagnosis
     left, convicted = without_wrong_dwells(without_course_or_noise(left))
     left, locations = without_locations(left)
     left, ground = without_ground(
-        without_memory(without_transient(left), together), declared_g_sensitivity(circumstances.shared)
+        without_memory(without_transient(left), together),
+        declared_g_sensitivity(circumstances.shared),
+        lacks_earth=not counts_earth(seen.evidence.rows, circumstances.shared),
     )
     steps = steps.beside(left.tests)
     tests = without_lesser_memories(with_steps(left.tests, steps))
@@ -293,7 +296,8 @@ def _lack_is(
 
 def _of_gravity(seen: Believed, tests: AxisTests, ground: Ground, shared: Sequence[SharedError]) -> Finding | None:
     found = gravity_on_zero(seen.evidence, seen.index, ground.columns(seen.evidence.layout))
-    return gravity_finding(found, tests.conviction_level, declared_g_sensitivity(shared))
+    has_earth = counts_earth(seen.evidence.rows, shared)
+    return gravity_finding(found, tests.conviction_level, declared_g_sensitivity(shared), counts_earth=has_earth)
 
 
 def _of_ground(ground: Ground, tests: AxisTests) -> Iterator[Finding]:

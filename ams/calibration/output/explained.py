@@ -208,35 +208,38 @@ def without_memory(left: Explained, shown: BeliefTest | None) -> Explained:
     return replace(without, tests=replace(without.tests, memories=left.tests.memories))
 
 
-def without_ground(left: Explained, limit_dps_per_g: float | None) -> tuple[Explained, Ground]:
+def without_ground(left: Explained, limit_dps_per_g: float | None, *, lacks_earth: bool) -> tuple[Explained, Ground]:
     """Return a gyro with what stands on the ground known to its points, and what it shows of that.
 
     Points that are stated alike and read otherwise go first: no equation explains them, and the others are judged
     without them. The Earth, where the rates lack it, is told where it explains all that it passes for, and where it is
     needed beside the terms of the scale factor. Gravity on the zero within ``limit_dps_per_g``, which is declared, goes
-    before it where the Earth is not needed beside that: nothing is told then.
+    before it where the Earth is not needed beside that: nothing is told then. ``lacks_earth``: whether the rates may
+    lack the Earth's with no error of the rows for it.
     """
     evidence, index = left.seen.evidence, left.seen.index
     if not isinstance(tested_base(evidence.models[index]), AnyGyro):
         return left, Ground()
     laid = laid_otherwise(evidence, index, evidence.layout.mean_by_point(left.seen.taken))
     if laid is None or laid.p_value > left.tests.conviction_level:
-        left, earth = _without_earth(left, limit_dps_per_g, np.zeros((evidence.layout.points, 0)))
+        nothing = np.zeros((evidence.layout.points, 0))
+        left, earth = _without_earth(left, limit_dps_per_g, nothing, lacks_earth=lacks_earth)
         return left, Ground(None, earth)
     beside = evidence.layout.mean_by_point(laid.columns)
-    left, earth = _without_earth(left.then({}, _known(left.seen, laid.columns)), limit_dps_per_g, beside)
+    without = left.then({}, _known(left.seen, laid.columns))
+    left, earth = _without_earth(without, limit_dps_per_g, beside, lacks_earth=lacks_earth)
     return left, Ground(laid, earth)
 
 
 def _without_earth(
-    left: Explained, limit_dps_per_g: float | None, beside: FloatArray
+    left: Explained, limit_dps_per_g: float | None, beside: FloatArray, *, lacks_earth: bool
 ) -> tuple[Explained, EarthOnRates | None]:
     """Return the same of the Earth and of gravity; ``beside``: (K, c) of the points that are known already."""
     evidence, index, tests = left.seen.evidence, left.seen.index, left.tests
     passes = any(tests.is_significant.get(name) for name in _LIKE_THE_EARTH)
     if not (passes or _is_plain(gravity_on_zero(evidence, index, beside), tests)):
         return left, None
-    earth = earth_on_rates(evidence, index, beside)
+    earth = earth_on_rates(evidence, index, beside) if lacks_earth else None
     known = beside if earth is None else np.hstack([beside, evidence.layout.mean_by_point(earth.columns)])
     is_beside = earth is not None and _is_plain(gravity_on_zero(evidence, index, known), tests)
     is_needed = earth is not None and earth.beside_gravity <= tests.conviction_level

@@ -72,6 +72,7 @@ def fit(
     rate_uncertainty_ppm: float | None = None,
     direction_uncertainty_arcsec: float | None = None,
     largest_g_sensitivity_dps_per_g: float | None = None,
+    rates_include_earth: Flag = False,
     reference_uncertainty_ppm: float | None = None,
     reference_zero_uncertainty: float | None = None,
     joint: Flag = False,
@@ -134,6 +135,9 @@ def fit(
         axes, seat of the package), in arc seconds.
     largest_g_sensitivity_dps_per_g
         For gyros: limit of the data sheet on what one g does to their zeros; it counts for use at any attitude.
+    rates_include_earth
+        For gyros: the rates of the file include the Earth's along every axis; without it the Earth's rotation, in a
+        direction that nothing states, is in the uncertainties.
     reference_uncertainty_ppm
         For linear: relative standard uncertainty of the known levels (the gain of a coil or of its current source), one
         error of all of them, in parts per million.
@@ -168,7 +172,7 @@ def fit(
         rate_uncertainty_ppm, direction_uncertainty_arcsec, largest_g_sensitivity_dps_per_g, reference_uncertainty_ppm,
         reference_zero_uncertainty,
     )  # fmt: skip
-    of_options = errors_of_options(stated_errors, model, on_command_line)
+    of_options = errors_of_options(stated_errors, model, on_command_line, rates_include_earth=rates_include_earth)
     description = None if rig is None else read_rig_of_site(rig)
     require_sensor(description, sensor, str(rig))
     sensor = named_sensor(description, sensor, columns.values())

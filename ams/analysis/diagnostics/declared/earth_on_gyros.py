@@ -15,7 +15,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.declared.gravity_on_gyros import force_columns, mean_from_level
+from ams.analysis.diagnostics.declared.gravity_on_gyros import force_columns
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.point_means import Joint, PointMeans, eliminate, independent, spanned
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
@@ -23,7 +23,7 @@ from ams.arrays import FloatArray
 from ams.attitude.earth_rate import EARTH_RATE_RAD_S
 from ams.findings import Finding
 from ams.models.accelerometer import LINEAR_COLUMNS
-from ams.models.gyro import Gyro, GyroWithTerms
+from ams.models.gyro import Gyro, GyroWithTerms, mean_from_level
 from ams.rounding import significant
 from ams.statistics.distributions import chi_square_tail
 
@@ -57,12 +57,11 @@ class EarthOnRates:
 def earth_on_rates(evidence: Evidence, output: int, known: FloatArray) -> EarthOnRates | None:
     """Return what the readings of a gyro show of a rate that is the Earth's, by its length.
 
-    ``known``: (K, c) of the points that something else is told to do. None of other sensors, where the rates have the
-    Earth's or a budget for it, where the attitudes do not show it, and where what is shown is longer than it.
+    ``known``: (K, c) of the points that something else is told to do. None of other sensors, where
+    the attitudes do not show it, and where what is shown is longer than it.
     """
     base = tested_base(evidence.models[output])
-    has_earth = evidence.rows.from_level is not None
-    if has_earth or not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
+    if not isinstance(base, Gyro | GyroWithTerms) or not evidence.precision_variance[output] > 0.0:
         return None
     rows = np.einsum("i,nij->nj", evidence.primary[output][1:LINEAR_COLUMNS], mean_from_level(evidence.rows))
     linear, fitted = evidence.basis[:, :LINEAR_COLUMNS], evidence.basis[:, LINEAR_COLUMNS:]
@@ -132,8 +131,9 @@ def earth_finding(found: EarthOnRates, level: float) -> Finding:
         f"°/s that it turns by{as_well}; part of it is in the offset, and in no stated uncertainty"
     )
     what_to_do = (
-        "put the Earth's rotation into the rates of the file (latitude and heading of the table tell it), or calibrate "
-        "by a run, which takes rig.latitude_deg and rig.heading_deg"
+        "put the Earth's rotation into the rates of the file (latitude and heading of the table tell it), or solve "
+        "without --rates-include-earth, so that it is in the uncertainties, or calibrate by a run, which takes "
+        "rig.latitude_deg and rig.heading_deg"
         f"{'; or declare the limit that the gyro has (largest_g_sensitivity_dps_per_g)' if or_gravity else ''}"
     )
     details: dict[str, float | str | None] = {"test": EARTH_ON_RATES, "size": found.size_dps, "unit": "dps"}

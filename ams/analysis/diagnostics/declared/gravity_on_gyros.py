@@ -15,17 +15,14 @@ from ams.analysis.diagnostics.point_means import eliminate, independent
 from ams.analysis.diagnostics.tested_terms import terms_of_gyro, tested_base
 from ams.arrays import FloatArray
 from ams.findings import Finding
-from ams.frames import from_level_axes
 from ams.models.accelerometer import LINEAR_COLUMNS
-from ams.models.gyro import Gyro, GyroWithTerms, velocity_of_dps
+from ams.models.gyro import Gyro, GyroWithTerms, mean_from_level
 from ams.observations import Observations
 from ams.rounding import significant
 
 GRAVITY: Final = "gravity on the zero"
 _ALIKE_G: Final = 1e-3
 """Attitudes whose forces differ by less say nothing."""
-_STILL: Final = 1e-3
-"""Of the largest rate."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +32,6 @@ class GravityTest:
     p_value: float
     size_dps_per_g: float
     """Length of G, as far as the attitudes show it."""
-    counts_earth: bool
-    """Whether the rates have the Earth's: along the vertical that looks like gravity."""
 
 
 def gravity_on_zero(
@@ -61,9 +56,7 @@ def gravity_on_zero(
     if found is None:
         return None
     volts_per_dps = float(np.linalg.norm(evidence.primary[output][1:4]))
-    return GravityTest(
-        found.p_value, float(np.linalg.norm(found.coefficients)) / volts_per_dps, evidence.rows.from_level is not None
-    )
+    return GravityTest(found.p_value, float(np.linalg.norm(found.coefficients)) / volts_per_dps)
 
 
 def force_columns(evidence: Evidence) -> FloatArray:
@@ -78,8 +71,13 @@ def is_declared(found: GravityTest | None, level: float, limit_dps_per_g: float 
     return found is not None and found.p_value <= level and found.size_dps_per_g <= (limit_dps_per_g or 0.0)
 
 
-def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: float | None) -> Finding | None:
-    """Return that the zero follows gravity beyond the declared limit, or where none is declared; None elsewhere."""
+def gravity_finding(
+    found: GravityTest | None, level: float, limit_dps_per_g: float | None, *, counts_earth: bool
+) -> Finding | None:
+    """Return that the zero follows gravity beyond the declared limit, or where none is declared; None elsewhere.
+
+    ``counts_earth``: whether the rates have the Earth's or a budget for it: along the vertical that looks like gravity.
+    """
     if found is None or not found.p_value <= level or found.size_dps_per_g <= (limit_dps_per_g or 0.0):
         return None
     beyond = (
@@ -87,7 +85,7 @@ def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: fl
         if limit_dps_per_g is None
         else f"beyond the declared {significant(limit_dps_per_g)} °/s per g"
     )
-    earth = "" if found.counts_earth else "; the Earth's rotation, 0.0042 °/s at most, looks alike where rates lack it"
+    earth = "" if counts_earth else "; the Earth's rotation, 0.0042 °/s at most, looks alike where rates lack it"
     fact = (
         f"the zero follows the attitude to gravity: {significant(found.size_dps_per_g)} °/s per g, {beyond}; the "
         "offset holds for the mean force of the calibration only and the stated uncertainties do not hold what it "
@@ -101,16 +99,3 @@ def gravity_finding(found: GravityTest | None, level: float, limit_dps_per_g: fl
 def _mean_force_g(rows: Observations) -> FloatArray:
     """Return (N, 3) the mean specific force on each row along the package axes."""
     return -mean_from_level(rows)[:, :, 2]
-
-
-def mean_from_level(rows: Observations) -> FloatArray:
-    """Return (N, 3, 3) the mean rotation from level axes into those of the package on each row."""
-    if rows.from_level is not None:
-        return rows.from_level
-    yaw = np.zeros_like(rows.pitch_rad) if rows.yaw_rad is None else rows.yaw_rad
-    stood, velocity = from_level_axes(rows.pitch_rad, yaw, rows.roll_rad), velocity_of_dps(rows)
-    speed = np.linalg.norm(velocity, axis=1, keepdims=True)
-    turns = speed > _STILL * speed.max(initial=0.0)
-    unit = velocity / np.where(turns, speed, 1.0)
-    along = np.einsum("ni,nj,njk->nik", unit, unit, stood)
-    return np.where(turns[:, :, None], along, stood)
