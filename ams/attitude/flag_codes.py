@@ -66,6 +66,7 @@ FORCE_TURNED: Final = 1 << 45
 CONTRADICTED: Final = 1 << 46
 NO_REST: Final = 1 << 47
 OVERLOAD: Final = 1 << 48
+CLIPPED: Final = 1 << 49
 LOST: Final = NOT_FINITE | BEYOND_ONE_G | UNSETTLED | NO_ROOT
 """No angle at all."""
 
@@ -113,6 +114,9 @@ WINDOW_WORDS: Final[Mapping[int, str]] = {
 }
 FROZEN_WORDS: Final[Mapping[int, str]] = {
     FROZEN: "output frozen: taken as missing",
+}
+CLIPPED_WORDS: Final[Mapping[int, str]] = {
+    CLIPPED: "output clipped at a rail: taken as missing",
 }
 OVERLOAD_WORDS: Final[Mapping[int, str]] = {
     OVERLOAD: "overload: taken as missing",

@@ -15,6 +15,7 @@ import numpy as np
 from ams.arrays import BoolArray, FloatArray, IntArray
 from ams.findings import Finding
 from ams.inputs.common_step import GRID, common_step
+from ams.inputs.equal_readings import chance_of_a_number
 from ams.units import printed
 
 KIND: Final = "output-clipped"
@@ -79,7 +80,7 @@ def _hardly_by_chance(rows: BoolArray, output: FloatArray, point: IntArray, sd: 
     if np.any(rows != np.isin(point, point[rows])) or not sd > 0.0:
         return False
     least = GRID * float(np.ptp(output))
-    equal = max(common_step(output, least), least) / (2.0 * np.sqrt(np.pi) * sd)  # of two readings, by their density
+    equal = chance_of_a_number(max(common_step(output, least), least), float(np.sqrt(2.0)) * sd)
     return bool(equal ** (np.count_nonzero(rows) - np.unique(point[rows]).size) <= _CHANCE)
 
 

@@ -1,7 +1,7 @@
 """How rows become answers: of a file, answered again where its rows prove something of earlier ones, or of a stream."""
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -54,7 +54,7 @@ class Answers:
 
 def answer_all(
     found: AngleStream,
-    found_again: Callable[[], AngleStream | None],
+    again: Iterable[AngleStream],
     data: str | None,
     wiring: StreamWiring | None,
     for_s: float | None,
@@ -62,7 +62,8 @@ def answer_all(
 ) -> bool:
     """Answer every row of where rows come from: a rig's stream, standard input, a socket or a file.
 
-    Return whether every row was answered with what all of them prove, as those of a file are.
+    ``again``: what the rows of a file are to be answered with instead, each asked for after the last row of the one
+    before. Return whether every row was answered with what all of them prove, as those of a file are.
     """
     if wiring is not None:
         _require_channels(found, wiring)
@@ -79,7 +80,7 @@ def answer_all(
             " nothing was read"
         )
     else:
-        return _answer_file(found, found_again, Path(data), answers)
+        return _answer_file(found, again, Path(data), answers)
     return False
 
 
@@ -118,9 +119,7 @@ def one_thread() -> threadpool_limits:
     return threadpool_limits(limits=1, user_api="blas")
 
 
-def _answer_file(
-    found: AngleStream, found_again: Callable[[], AngleStream | None], data: Path, answers: Answers
-) -> bool:
+def _answer_file(found: AngleStream, again: Iterable[AngleStream], data: Path, answers: Answers) -> bool:
     """Answer a file piece by piece; nothing is written where one of them is wrong.
 
     Where its rows prove something of earlier ones it is read and answered again; return whether that could be done.
@@ -128,12 +127,11 @@ def _answer_file(
     with _output(answers.out) as target, one_thread():
         writer = _written(found, data, answers, target)
         is_flagged_throughout = data.is_file() and not is_sent(answers.out)
-        again = found_again() if is_flagged_throughout else None
-        if again is not None:
+        for better in again if is_flagged_throughout else ():
             writer.discard()
             target.seek(0)
             target.truncate()
-            writer = _written(again, data, answers, target)
+            writer = _written(better, data, answers, target)
         writer.close()
     return is_flagged_throughout
 

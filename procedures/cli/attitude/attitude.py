@@ -1,6 +1,6 @@
 """``calrig attitude``: readings of a calibrated package to angles with standard deviations, from a file or a stream."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -10,20 +10,19 @@ from cyclopts import Parameter
 
 from ams.inference.gyros.aided_rates import AidedAngles
 from ams.inference.gyros.gyro_package import GyroPackage
-from ams.inference.gyros.monitored import MonitoredAngles
 from ams.inference.gyros.rates import GyroAngles
-from ams.inference.inference import Inference, Package, inference
+from ams.inference.inference import Package, inference
 from ams.inference.package.alignment import load_alignment
 from ams.inference.rows.angle_stream import AngleStream
 from ams.inference.watch.doubts import doubts_of
-from ams.inference.watch.frozen_outputs import FrozenOutputs, noise_by_column
-from ams.inference.watch.standing_outputs import StandingOutputs, can_stand
-from ams.inference.watch.watched_axes import Stretch, watch_of, watched_axes
+from ams.inference.watch.standing_outputs import StandingOutputs
+from ams.inference.watch.watched_axes import Stretch, watched_axes
 from ams.sets.dated_ahead import ahead_of_clock
 from ams.sets.triad_section import has_unmeasured_directions
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
 from procedures.cli.attitude.known_attitudes import TAKEN_AS_EXACT, known_attitudes
+from procedures.cli.attitude.looked_after import LookedAfter
 from procedures.cli.attitude.package_file import package_of
 from procedures.cli.attitude.rig_stream import StreamWiring, stream_wiring
 from procedures.cli.attitude.source import Named, OfGyros, OfSamples, angles_of_gyros, monitored, used_at
@@ -162,26 +161,12 @@ def attitude(
     def angles_with(proven: Sequence[Stretch] | None) -> AngleStream:
         return _angles_of(package, second, reading_sd_v, settings, before, gravity_mps2, geometry, wiring, proven)
 
-    angles = angles_with(None)
-    watched = _watched(angles, package)
-    packages = _packages_of(angles, package, second)
-    noise = noise_by_column(packages, reading_sd_v)
-    is_by_row, untested = before.average_s is None or before.low_pass_hz is None, _untested(angles, watched)
-
-    def looked_after(inner: AngleStream) -> FrozenOutputs:
-        samples = stated.held_to(before.before(inner))
-        return FrozenOutputs(samples, noise, packages=packages, is_by_row=is_by_row, untested=untested)
-
-    def found_again() -> AngleStream | None:
-        again = _again(watched, angles, angles_with)
-        return None if again is None else looked_after(again)
-
-    found = looked_after(watched)
-    _note_all(_assumptions(package, watched, angles, before, geometry, alignment, reading_sd_v, second))
+    looked = LookedAfter(angles_with, package, second, reading_sd_v, stated, before)
+    _note_all(_assumptions(package, looked, before, geometry, alignment, reading_sd_v))
     answers = Answers(out, view, plot, package.coefficients.sensor)
-    throughout = answer_all(found, found_again, data, wiring, for_s, answers)
-    _note_all(_remarks_on_rows(package, packages, found, watched, angles, is_flagged_throughout=throughout))
-    tell_unseen(package.coefficients.sensor, angles, found.rows, packages, json=json)
+    throughout = answer_all(looked.found, looked.again(), data, wiring, for_s, answers)
+    _note_all(_remarks_on_rows(package, looked, is_flagged_throughout=throughout))
+    tell_unseen(package.coefficients.sensor, looked.angles, looked.found.rows, looked.packages, json=json)
 
 
 def _note_all(remarks: Iterable[str]) -> None:
@@ -191,18 +176,16 @@ def _note_all(remarks: Iterable[str]) -> None:
 
 def _assumptions(
     package: Package,
-    watched: AngleStream | StandingOutputs,
-    angles: AngleStream,
+    looked: LookedAfter,
     before: OfSamples,
     geometry: Mapping[str, bool],
     alignment: Path | None,
     reading_sd_v: float | None,
-    second: Package | None,
 ) -> Iterator[str]:
     """Yield what the angles take for granted, a set that is not usable first."""
+    angles, packages = looked.angles, looked.packages
     field = angles.field if isinstance(angles, AidedAngles) else None
-    yield from _doubts_of_sets([*_packages_of(angles, package, second), *([] if field is None else [field.package])])
-    packages = _packages_of(angles, package, second)
+    yield from _doubts_of_sets([*packages, *([] if field is None else [field.package])])
     yield from untested_temperature(packages)
     yield from untold_curvature(packages)
     yield from untested_shifts(packages)
@@ -213,7 +196,7 @@ def _assumptions(
         yield f"{package.coefficients.sensor}: a model package alone: yaw is taken as 0"
     elif len(package.columns) == 2 and not package.senses_rates:
         yield _which_of_two(package, upright=geometry["upright"], right_wing_down=geometry["right_wing_down"])
-    if isinstance(watched, StandingOutputs):
+    if isinstance(looked.watched, StandingOutputs):
         yield assumed_gravity(package)
         yield from undetermined_terms(package)
     if package.alignment is not None and package.alignment.known_sd_rad is None:
@@ -236,18 +219,11 @@ def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
     yield from ahead_of_clock(sets.values(), datetime.now(UTC))
 
 
-def _remarks_on_rows(
-    package: Package,
-    packages: Sequence[Package | GyroPackage],
-    found: FrozenOutputs,
-    watched: AngleStream | StandingOutputs,
-    angles: AngleStream,
-    *,
-    is_flagged_throughout: bool,
-) -> Iterator[str]:
+def _remarks_on_rows(package: Package, looked: LookedAfter, *, is_flagged_throughout: bool) -> Iterator[str]:
     """Yield what all rows say of the package that they were read from."""
-    yield from (f"{package.coefficients.sensor}: {doubt}" for doubt in found.doubts())
-    yield from rows_without_temperature(packages, found)
+    angles, watched = looked.angles, looked.watched
+    yield from (f"{package.coefficients.sensor}: {doubt}" for doubt in looked.found.doubts())
+    yield from rows_without_temperature(looked.packages, looked.found)
     if isinstance(angles, AidedAngles):
         yield angles.consistency()
     if isinstance(angles, GyroAngles | AidedAngles):
@@ -257,44 +233,6 @@ def _remarks_on_rows(
         if isinstance(watched, StandingOutputs)
         else doubts_of(angles, is_flagged_throughout=is_flagged_throughout)
     )
-
-
-def _watched(angles: AngleStream, package: Package) -> AngleStream | StandingOutputs:
-    """Return the angles with an eye on outputs that no other output tests: one or two accelerometers alone."""
-    return StandingOutputs(angles) if isinstance(angles, Inference) and can_stand(package) else angles
-
-
-def _again(
-    watched: AngleStream, angles: AngleStream, angles_with: Callable[[Sequence[Stretch] | None], AngleStream]
-) -> AngleStream | None:
-    """Return the angles of rows that were read before, with what all of them prove; None where that is nothing."""
-    if isinstance(watched, StandingOutputs):
-        return watched.again()
-    watch = watch_of(angles)
-    proven = () if watch is None else watch.proven()
-    return angles_with(proven) if proven or (watch is not None and watch.flagged_rows) else None
-
-
-def _untested(angles: AngleStream, watched: AngleStream | StandingOutputs) -> tuple[str, ...]:
-    """Return the columns that no other output tests: one or two accelerometers, and gyros."""
-    if isinstance(watched, StandingOutputs):
-        return tuple(watched.package.columns.values())
-    if isinstance(angles, MonitoredAngles):
-        angles = angles.gyros
-    gyros = (
-        angles.package if isinstance(angles, GyroAngles) else angles.gyros if isinstance(angles, AidedAngles) else None
-    )
-    return () if gyros is None else tuple(gyros.columns.values())
-
-
-def _packages_of(angles: AngleStream, package: Package, second: Package | None) -> list[Package | GyroPackage]:
-    """Return every package that rows are read from."""
-    found: list[Package | GyroPackage] = [package, *([] if second is None else [second])]
-    if isinstance(angles, AidedAngles):
-        found.append(angles.accelerometers)
-    if isinstance(angles, MonitoredAngles) and isinstance(angles.gyros, GyroAngles):
-        found.append(angles.gyros.package)
-    return found
 
 
 def _which_of_two(package: Package, *, upright: bool, right_wing_down: bool) -> str:

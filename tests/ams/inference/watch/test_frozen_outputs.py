@@ -8,7 +8,8 @@ import pytest
 from ams.arrays import FloatArray
 from ams.attitude import flag_codes
 from ams.inference.rows.angle_stream import Answer
-from ams.inference.watch.frozen_outputs import LEAST_REPEATS, FrozenOutputs
+from ams.inference.watch.frozen_outputs import FrozenOutputs
+from ams.inference.watch.seen_output import LEAST_REPEATS
 
 SD = 1e-5
 ROWS = 2000
