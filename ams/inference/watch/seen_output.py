@@ -37,6 +37,8 @@ class SeenOutput:
         self._step = np.inf
         """It was seen that the output has no wider one."""
         self._digits: int | None = None
+        self._decimal: float | None = None
+        """Of readings that are written with a fixed number of them, what one in the last is worth."""
         self._newest = np.empty(0)
         self._is_judged = False
         self._rest = np.empty(0)
@@ -89,9 +91,7 @@ class SeenOutput:
 
     def is_resolved(self, values: FloatArray, stated: float) -> BoolArray:
         """Return where (n,) values have digits enough for noise to be seen: six of them end at 10 µV above 1 V."""
-        if self._digits is None:
-            return np.ones(values.size, dtype=bool)
-        return np.asarray(_last_digit_worth(values, self._digits) <= self.noise(stated))
+        return np.asarray(self._last_digit(values) <= self.noise(stated))
 
     def noise(self, stated: float) -> float:
         """Return the standard deviation of a reading: the lesser of what is stated and what was seen."""
@@ -110,8 +110,7 @@ class SeenOutput:
         step = least
         if least > finest and gaps.size >= _LEAST_GAPS:
             step = _scale_of(gaps, finest, rounding) or finest
-        if self._digits is not None:
-            step = max(step, float(_last_digit_worth(np.array([level]), self._digits)[0]))
+        step = max(step, float(self._last_digit(np.array([level]))[0]))
         if np.array_equal(self._newest, self._newest.astype(np.float32)):
             step = max(step, float(np.spacing(np.float32(abs(level)))))
         return step
@@ -140,11 +139,20 @@ class SeenOutput:
             return distinct, 0.0
         largest = float(np.abs(distinct[[0, -1]]).max())
         self._digits = _digits_of(distinct)
-        rounding = _ROUNDING * largest
-        if self._digits is not None and largest:
-            rounding = max(rounding, float(_last_digit_worth(np.array([largest]), self._digits)[0]))
+        if self._digits is not None:
+            decimal = _decimal_of(distinct, self._digits)
+            self._decimal = decimal if self._decimal is None else min(self._decimal, decimal or np.inf)
+        rounding = max(_ROUNDING * largest, float(self._last_digit(np.array([largest]))[0]))
         gaps = np.diff(distinct)
         return gaps[gaps > 1e-13 * largest], rounding
+
+    def _last_digit(self, values: FloatArray) -> FloatArray:
+        """Return what one in the last digit of (n,) values is worth, as they are written; 0 where that is not seen."""
+        if self._digits is None:
+            return np.zeros(values.size)
+        if self._decimal is not None:
+            return np.full(values.size, self._decimal)
+        return _last_digit_worth(values, self._digits)
 
 
 def _scale_of(gaps: FloatArray, finest: float, rounding: float) -> float | None:
@@ -181,6 +189,20 @@ def _digits_of(values: FloatArray) -> int | None:
         in_last_digits = values / _last_digit_worth(values, digits)
         if (np.abs(in_last_digits - np.rint(in_last_digits)) < 1e-6).all():
             return digits
+    return None
+
+
+def _decimal_of(values: FloatArray, digits: int) -> float | None:
+    """Return the last decimal of (n,) values where they have as many decimals, None where they have as many digits.
+
+    Small ones have fewer digits then; where there are hardly any they do not tell.
+    """
+    values = values[values != 0.0]
+    in_digits = _last_digit_worth(values, digits)
+    for decimal in np.unique(in_digits)[::-1].tolist():
+        in_decimals = values / decimal
+        if (np.abs(in_decimals - np.rint(in_decimals)) < 1e-6).all():
+            return decimal if np.count_nonzero(in_digits < 0.5 * decimal) >= _LEAST_GAPS else None
     return None
 
 

@@ -118,3 +118,24 @@ def test_one_coarse_output_at_rest_after_a_motion_is_not(motion: str, step: floa
         chance, sd = np.random.default_rng(seed), 2e-5
         at = moved(np.minimum(np.arange(rows), rows // 2)) + sd * chance.standard_normal(rows)
         assert not _alone(np.round(step * np.rint(at / step), decimals), sd).any()
+
+
+@pytest.mark.parametrize("pieces", [1, 14])
+def test_an_output_that_hangs_after_a_rest_about_zero_is_taken_as_missing(pieces: int) -> None:
+    """Seven decimals of small numbers are three digits: what hangs far from zero is no less finely written."""
+    values = np.round(2e-5 * np.random.default_rng(3).standard_normal(1400), 7)
+    values[1000:] = 0.8
+    stream = FrozenOutputs(Seen(), {"x_v": 2e-5})
+    parts = [stream.answer(dict.fromkeys(COLUMNS, part)) for part in np.split(values, pieces)]
+    is_frozen = np.isnan(np.concatenate([part.columns["x_v"] for part in parts]))
+    assert is_frozen[1000 + LEAST_REPEATS :].all()
+    assert not is_frozen[:1001].any()
+
+
+def test_a_few_digits_of_any_number_are_wider_far_from_zero() -> None:
+    """Six digits end at 1 µV below 1 V and at 10 µV above: there the noise does not show at rest."""
+    chance = np.random.default_rng(4)
+    at = np.concatenate([np.linspace(-0.5, 0.5, 1000), np.full(400, 1.234567)])
+    values = np.array([float(f"{value:.6g}") for value in at + 3e-6 * chance.standard_normal(1400)])
+    stream = FrozenOutputs(Seen(), {"x_v": 3e-6})
+    assert np.isfinite(stream.answer(dict.fromkeys(COLUMNS, values)).columns["x_v"]).all()
