@@ -23,6 +23,7 @@ from ams.inference.gyros.rates import GyroAngles, Motion
 from ams.inference.inference import Inference, Package, inference
 from ams.inference.rows.angle_stream import AngleStream, Answer
 from ams.inference.rows.stated_rate import StatedRate
+from ams.inference.watch.frozen_outputs import FrozenOutputs, noise_by_column
 from ams.inference.watch.reliability import Unseen, unseen_errors
 from ams.inference.watch.standing_outputs import StandingOutputs, can_stand
 from ams.inference.watch.watched_axes import answered_at_once, watched_axes
@@ -93,8 +94,14 @@ class PackageInUse:
 
     def _answered_at_once(self, readings: Mapping[str, FloatArray]) -> Answer:
         if can_stand(self._inference.package):
-            return StandingOutputs(self._inference).answer(readings)
+            return self._with_eye_on_outputs().answer(readings)
         return answered_at_once(self._inference, readings)
+
+    def _with_eye_on_outputs(self) -> FrozenOutputs:
+        """Return the angles of one or two axes, whose outputs nothing else tests."""
+        package = self._inference.package
+        noise, columns = noise_by_column([package], self.reading_sd_v), tuple(package.columns.values())
+        return FrozenOutputs(StandingOutputs(self._inference), noise, packages=[package], untested=columns)
 
     def _attitude(
         self,
@@ -198,7 +205,7 @@ class PackageStream:
     @cached_property
     def _angles(self) -> AngleStream:
         angles = self.package._inference
-        return StandingOutputs(angles) if can_stand(angles.package) else watched_axes(angles)
+        return self.package._with_eye_on_outputs() if can_stand(angles.package) else watched_axes(angles)
 
 
 def load(

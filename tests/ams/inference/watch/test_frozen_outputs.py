@@ -133,9 +133,9 @@ def test_an_output_that_hangs_after_a_rest_about_zero_is_taken_as_missing(pieces
 
 
 def test_a_few_digits_of_any_number_are_wider_far_from_zero() -> None:
-    """Six digits end at 1 µV below 1 V and at 10 µV above: there the noise does not show at rest."""
+    """Six digits end far below 1 µV about zero and at 10 µV above 1 V: there the noise does not show at rest."""
     chance = np.random.default_rng(4)
-    at = np.concatenate([np.linspace(-0.5, 0.5, 1000), np.full(400, 1.234567)])
-    values = np.array([float(f"{value:.6g}") for value in at + 3e-6 * chance.standard_normal(1400)])
-    stream = FrozenOutputs(Seen(), {"x_v": 3e-6})
+    at = np.concatenate([np.zeros(1000), np.full(400, 1.23457)])
+    values = np.array([float(f"{value:.6g}") for value in at + 2e-6 * chance.standard_normal(1400)])
+    stream = FrozenOutputs(Seen(), {"x_v": 2e-6})
     assert np.isfinite(stream.answer(dict.fromkeys(COLUMNS, values)).columns["x_v"]).all()

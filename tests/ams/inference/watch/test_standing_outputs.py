@@ -118,7 +118,7 @@ def test_a_level_package_that_shows_its_own_direction_is_called_alive() -> None:
 def test_what_was_loaded_flags_as_a_file_does_and_a_stream_from_the_proof_on() -> None:
     chance = np.random.default_rng(5)
     readings = _outputs("xy", MOTIONS["swept"](chance), chance)
-    readings["y"][DEAD] = TRUTH["y"][0]
+    readings["y"][DEAD] = READS["its offset with noise"](TRUTH["y"][0], chance)
     package = PackageInUse(tp_set("xy", SD_V, np.random.default_rng(1)), reading_sd_v=SD_V)
     found = package.attitude(readings)
     assert np.flatnonzero(found.codes.astype(np.uint64) & SAID).tolist() == list(range(200, 420))
