@@ -50,6 +50,10 @@ class NoSuchRegister(DeviceRefused):
     """A device has no such register, and says so: the one refusal that tells what it is, not what it is doing."""
 
 
+class NoStop(DeviceRefused):
+    """A machine has no stop: a move that began ends at its target. Nothing was sent."""
+
+
 class FileContradicted(DeviceRefused):
     """A device is set up otherwise than the rig file says; the message names table and key in brackets.
 

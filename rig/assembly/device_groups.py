@@ -127,8 +127,9 @@ class GroupOpener:
         for names in axis_lines(settings):
             found |= open_axes({name: settings[name] for name in names}, lines)
             line_of |= dict.fromkeys(names, names[0])
+        homes = {name: its.home_attitude_deg if its.moves_to_home else None for name, its in settings.items()}
         supervised = {
-            name: self.supervisor.supervise(found[name], its.home_attitude_deg, line_of[name], its.wrap_turns)
+            name: self.supervisor.supervise(found[name], homes[name], line_of[name], its.wrap_turns)
             for name, its in settings.items()
         }
         axes = {name: self._with_cables(axis, name) for name, axis in supervised.items()}

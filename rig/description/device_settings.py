@@ -31,6 +31,8 @@ class AxisSettings(StrictTable):
     """One ``[axes.NAME]`` table."""
 
     names_files: ClassVar[tuple[str, ...]] = ("index_table",)
+    home_key: ClassVar[str] = "zero_deg"
+    """Which key says where its home is."""
     driver: str
     port: str
     """``twin``, a device by its stable id, ``socket://host:port`` or ``rfc2217://host:port``."""
@@ -151,6 +153,11 @@ class AxisSettings(StrictTable):
     def home_attitude_deg(self) -> float:
         """Return where a home search ends: at the machine's own zero."""
         return self.attitude_deg(0.0)
+
+    @property
+    def moves_to_home(self) -> bool:
+        """Whether homing moves it; else its positions are absolute. Raises: DescriptionError."""
+        return True
 
     def table_deg(self, attitude_deg: float) -> float:
         """Return what the machine is told for an attitude."""

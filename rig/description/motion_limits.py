@@ -5,9 +5,12 @@ controller alone knows (the top speed of its stage) is asked when a line is open
 """
 
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Final
 
+from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import RigDescription
+from rig.errors import DescriptionError
 from rig.toml_file import TomlFile
 
 FASTEST_DPS: Final = 36_000.0
@@ -16,6 +19,7 @@ WIDEST_ARRIVAL_DEG: Final = 1.0
 """An axis that far beside its target has not arrived there, whatever it is."""
 FINE_DEG: Final = 0.01
 """A drive of finer steps has no teeth: it may come to rest some of them beside its target."""
+_ROUNDING_DEG: Final = 1e-9
 
 
 def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
@@ -39,6 +43,12 @@ def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
             )
         for key, sentence in axis.motion_complaints():
             yield file.complaint(("axes", name, key), sentence)
+        if why := _home_outside(axis, file.path.parent):
+            yield file.complaint(
+                ("axes", name, "limits_deg"),
+                f"{why}, and every run homes it before anything else; nothing moved; take the home into limits_deg, or "
+                f"correct it ({axis.home_key})",
+            )
         beside_deg = max(0.5 * axis.increment_deg, FINE_DEG) if axis.increment_deg else WIDEST_ARRIVAL_DEG
         widest_deg = min(WIDEST_ARRIVAL_DEG, beside_deg)
         if axis.arrival_tolerance_deg >= widest_deg:
@@ -52,3 +62,20 @@ def impossible_motion(file: TomlFile, rig: RigDescription) -> Iterator[str]:
                 f"got {axis.arrival_tolerance_deg:g}°, allowed is below {widest_deg:g}° ({why}); correct the number, "
                 "or its unit",
             )
+
+
+def home_beyond_limits(limits_deg: tuple[float, float], home_deg: float) -> str:
+    """Return why an axis is not homed whose homing ends at the attitude ``home_deg``; empty where it may be."""
+    low_deg, high_deg = limits_deg
+    if low_deg - _ROUNDING_DEG <= home_deg <= high_deg + _ROUNDING_DEG:
+        return ""
+    return f"homing brings it to {home_deg:g}°, outside its limits, allowed {low_deg:g} to {high_deg:g}° (limits_deg)"
+
+
+def _home_outside(axis: AxisSettings, folder: Path) -> str:
+    """Return why homing would leave the limits; empty where it does not, or moves nothing."""
+    try:
+        moves = axis.with_files(folder).moves_to_home
+    except DescriptionError:
+        return ""  # told of the dialect itself
+    return home_beyond_limits(axis.limits_deg, axis.home_attitude_deg) if moves else ""

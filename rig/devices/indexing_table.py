@@ -14,7 +14,7 @@ from rig.abilities.rest import moves_between
 from rig.abilities.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.abilities.targets import Miswritten, check_target, require_home
 from rig.description.device_settings import COMMANDED, AxisSettings
-from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, RequestRefused
+from rig.errors import DescriptionError, DeviceNonsense, DeviceRefused, NoStop, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
 from rig.wire.dialect_files import WRITTEN_OUT, dialect_file
@@ -60,6 +60,10 @@ class DialectSettings(AxisSettings):
     def spoken(self) -> Dialect:
         """Return the dialect that this axis is spoken to in. Raises: DescriptionError."""
         return load_dialect(self.dialect, self.increment_deg)
+
+    @property
+    def moves_to_home(self) -> bool:
+        return self.spoken().home is not None
 
     @property
     def baud_rate(self) -> int:
@@ -209,26 +213,27 @@ class IndexingTableAxis:
     def start_move(self, target_deg: float) -> None:
         self.check_target(target_deg)
         require_home(self.name, f"move to {target_deg:g}°", is_homed=self.state().is_homed)
+        self.enable()
+        if self._codec.knows(Prepare):
+            self._ask(Prepare(self._number))
         # Adding 0.0 turns −0.0 into 0.0, which the wire would show as -000.0000.
-        self._go(round(self._settings.table_deg(target_deg), 6) + 0.0, target_deg)
+        self._start(Move(self._number, round(self._settings.table_deg(target_deg), 6) + 0.0), target_deg)
 
     def home(self) -> None:
-        """Start the search for the home and see it begin; without one go to the zero of its absolute positions.
+        """Start the search for the home and see it begin; without one positions are absolute, and nothing moves.
 
         It begins where the machine says that this very axis took it, moves, or tells of a home that was not there
         before: a search that was lost on the line is no home. Raises also: DeviceFault.
         """
-        has_search = self._codec.knows(Home)
-        self._home = "none"
         was_homed = self._ask_state().is_homed
         self._is_enabled = False  # a machine that lost power forgot its speed, too
+        if not self._codec.knows(Home):
+            return
+        self._home = "none"
         self.enable()
-        if has_search:
-            self._start(Home(self._number), None)
-        else:
-            self._go(0.0, self._settings.attitude_deg(0.0))
-        if not self._codec.names_its_axis(Home if has_search else Move):
-            self._see_search(was_homed=was_homed, has_search=has_search)
+        self._start(Home(self._number), None)
+        if not self._codec.names_its_axis(Home):
+            self._see_search(was_homed=was_homed)
         self._home = "searching"
 
     def enable(self) -> None:
@@ -246,11 +251,10 @@ class IndexingTableAxis:
             self._ask(Speed(self._number, self.speed_dps))
         self._is_enabled = True
 
-    def _see_search(self, *, was_homed: bool | None, has_search: bool) -> None:
+    def _see_search(self, *, was_homed: bool | None) -> None:
         def is_begun() -> bool:
             answer = self._ask_state()
-            is_found = was_homed is False and answer.is_homed is True
-            return answer.is_moving or is_found or (not has_search and self._is_at(0.0, self._table_deg()))
+            return answer.is_moving or (was_homed is False and answer.is_homed is True)
 
         unseen = (
             f"{self.name}: home: it was sent, but the axis does not begin within {TAKEN_UP_S:g} s; there is no home;"
@@ -258,14 +262,6 @@ class IndexingTableAxis:
             f" move it away by hand, or vouch for it (axes.{self.name}: homed_before)"
         )
         see_taken_up(is_begun, self._exchange.stream.clock, unseen)
-
-    def _go(self, table_deg: float, target_deg: float) -> None:
-        if why := self._miswritten(target_deg):
-            raise RequestRefused(f"{self.name}: move to {target_deg:g}°: {why}; nothing moved; correct the dialect")
-        self.enable()
-        if self._codec.knows(Prepare):
-            self._ask(Prepare(self._number))
-        self._start(Move(self._number, table_deg), target_deg)
 
     def state(self) -> AxisState:
         answer = self._ask_state()
@@ -285,7 +281,7 @@ class IndexingTableAxis:
 
     def stop(self) -> None:
         if not self._codec.knows(Stop):
-            raise DeviceRefused(
+            raise NoStop(
                 f"{self.name}: the dialect {self._codec.dialect.name} has no stop: a move that began ends at its"
                 " target; nothing was sent; cut its power where it must not"
             )

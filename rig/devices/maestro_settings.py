@@ -1,7 +1,7 @@
 """What a rig file says of a servo on a Pololu Maestro, ``driver = "maestro"``, and in which units it is sent."""
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -16,6 +16,7 @@ from rig.wire.pulses import PulseCalibration
 class MaestroSettings(AxisSettings):
     """``driver = "maestro"``. ``axis`` is the servo's channel, from 0."""
 
+    home_key: ClassVar[str] = "home_deg"
     driver: Literal["maestro"]
     axis: Annotated[int, Field(ge=0, le=23)] = 0
     model: Literal["micro", "mini"] = "micro"

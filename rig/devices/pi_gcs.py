@@ -51,6 +51,10 @@ class PiGcsSettings(AxisSettings):
         return _SLOWEST_DPS, math.inf
 
     @property
+    def moves_to_home(self) -> bool:
+        return self.reference != "none"
+
+    @property
     def named(self) -> str:
         return self.axis_id or str(self.axis)
 

@@ -1,8 +1,7 @@
 """Move and arrive: the one way in which an axis is moved, by the engine and by hand.
 
 Absolute targets only, checked before anything is sent; arrival is judged by the machine's own read-back and its
-coupling, never by the command; the time is bounded, a stall is noticed, and a stop that was asked for during the
-move stops the axis before it is passed on.
+coupling, never by the command; time is bounded, a stall noticed, and a stop that is asked for stops the axis first.
 
 A move that stalls is tried once more from where it came from; a coupling that does not seat, or rests elsewhere, is
 approached anew from beside, at most twice: whoever asked is told of each, and only then it is a fault.
@@ -20,7 +19,7 @@ from rig.cables.cable import CableGuard
 from rig.clock import Clock
 from rig.crash_points import CrashPoint, crash_point
 from rig.defects import defect_text
-from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, RequestRefused, RigError, WaitEnded
+from rig.errors import DeviceFault, DeviceNonsense, DeviceSilent, NoStop, RequestRefused, RigError, WaitEnded
 from rig.motion.last_resort import BY_GUARD, stop_past_a_defect
 from rig.threads import at_once
 
@@ -260,7 +259,8 @@ def stop_all(axes: Mapping[str, Axis], clock: Clock, limit_s: float = _STOP_LIMI
 def _stop_axis(axis: Axis, clock: Clock, limit_s: float, failures: dict[str, str], ran_on: dict[str, str]) -> None:
     """``failures``: of axes that may not stand; ``ran_on``: of those that stand where they were sent all the same."""
     try:
-        axis.stop()
+        with suppress(NoStop):  # it may stand all the same; where it goes on, it is refused again there
+            axis.stop()
         stands_deg = _see_standstill(axis, clock, limit_s)
         if isinstance(axis, KnowsItsWay) and (run_on_deg := axis.run_on_deg(stands_deg)):
             ran_on[axis.name] = (

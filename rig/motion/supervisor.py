@@ -36,6 +36,8 @@ from rig.motion.expectation import (
     run_on_deg,
     unseen,
 )
+from rig.motion.given_abilities import give_abilities
+from rig.motion.home_limits import require_home_inside, require_inside
 from rig.motion.motion_memory import MotionMemory
 from rig.motion.silence import silence_s
 from rig.motion.warden import Warden
@@ -43,8 +45,6 @@ from rig.motion.warden import Warden
 OTHERS_S = 1.0
 """Between two looks at axes that should stand while another one moves."""
 _UNDER_WAY = (Moving, Homing, Turning)
-_REMEMBERING = ("home_mark", "resume_home")
-_WATCHDOG = ("watchdog_s", "feed_watchdog", "disarm_watchdog")
 Answer = TypeVar("Answer")
 
 
@@ -62,9 +62,9 @@ class Supervisor:
         self._ways: dict[str, tuple[int, int]] = {}
 
     def supervise(
-        self, axis: Axis, home_deg: float = 0.0, line: str = "", wrap_turns: float | None = None
+        self, axis: Axis, home_deg: float | None = 0.0, line: str = "", wrap_turns: float | None = None
     ) -> "SupervisedAxis":
-        """Return the axis as everybody else may have it. ``home_deg``: where a home search ends.
+        """Return the axis as everybody else may have it. ``home_deg``: where homing ends, None where it moves nothing.
 
         ``line``: on which it is spoken to; axes on one line have the same, unless empty. ``wrap_turns``: its cables'.
         """
@@ -150,7 +150,7 @@ class Supervisor:
 class SupervisedAxis:
     """An axis behind the supervisor. It has the abilities of the axis that it stands for, and no others."""
 
-    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor, home_deg: float, line: str) -> None:
+    def __init__(self, axis: Axis, clock: Clock, supervisor: Supervisor, home_deg: float | None, line: str) -> None:
         self.name = axis.name
         self.line = line
         self.limits_deg = axis.limits_deg
@@ -164,7 +164,8 @@ class SupervisedAxis:
         self._axis: Any = axis
         self._clock = clock
         self._supervisor = supervisor
-        self._declared = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg, home_deg)
+        self._home_deg = home_deg
+        self._declared = Bounds(axis.limits_deg, axis.speed_dps, axis.arrival_tolerance_deg, home_deg or 0.0)
         self._bounds = self._declared
         """The same with what is known of its home."""
         self._watched = Watched()
@@ -174,22 +175,8 @@ class SupervisedAxis:
         """Counts what the axis was told: a look that an order overtook is not judged."""
         self._others_due_s = 0.0
         self._turn = RLock()
-        self._take_abilities()
-
-    def _take_abilities(self) -> None:
-        """Whether a device can turn, remember or watch its host is asked by its members (:mod:`abilities`)."""
-        abilities: dict[str, Callable[..., Any]] = {
-            "start_rate": self._start_rate,
-            "start_sweep": self._start_sweep,
-            "turn_look": self._turn_look,
-            "arm_watchdog": self._arm_watchdog,
-        }
-        for name, member in abilities.items():
-            if hasattr(self._axis, name):
-                setattr(self, name, member)
-        for name in ("check_rate", "top_rate_dps", "stop_steps", *_REMEMBERING, *_WATCHDOG):
-            if hasattr(self._axis, name):
-                setattr(self, name, getattr(self._axis, name))
+        watched = (self._start_rate, self._start_sweep, self._turn_look, self._arm_watchdog)
+        give_abilities(self, axis, {member.__name__.removeprefix("_"): member for member in watched})
 
     @property
     def task(self) -> Task:
@@ -229,14 +216,19 @@ class SupervisedAxis:
 
     def home(self) -> None:
         """As of the axis. Raises also: MotionBreach."""
+        require_home_inside(self, self._home_deg)
         try:  # whether it stands, and has a zero that may not move
             self.look(must_stand=True)
         except MotionBreach:
             raise
         except RigError:
             pass  # one in alarm is homed all the same
+        if self._home_deg is None:  # it goes on being held to where it stands
+            self._axis.home()
+            require_inside(self, self.look())
+            return
         self._supervisor.look_at_others(self, only_unknown=True)
-        self._supervisor.expect_motion(self, self._way(self._declared.home_deg))
+        self._supervisor.expect_motion(self, self._way(self._home_deg))
         self._expect(expecting_home(self._watched), "search its home")
         self._start(self._axis.home)
 

@@ -1,8 +1,8 @@
 """Twin of an indexing table's controller: one line to talk on, one or more axes, each lifting, turning, seating.
 
-An axis lifts its coupling, turns at its speed, seats and locks; only then it is at rest. It comes up without a home,
-goes to whole teeth only, and says no by name. What it turns is a body of the world; what it reports is its own
-read-back, which a lost home makes wrong.
+An axis lifts its coupling, turns at its speed, seats and locks; only then it is at rest. It comes up without a home
+where its dialect has a search for one, else its positions are absolute. It goes to whole teeth only, and says no by
+name. What it turns is a body of the world; what it reports is its own read-back, which a lost home makes wrong.
 """
 
 import math
@@ -48,7 +48,15 @@ class TableTimes:
 class TableAxis:
     """One axis of the controller: what it does with its body over time."""
 
-    def __init__(self, body: AxisBody, world: World, travel_deg: tuple[float, float], times: TableTimes) -> None:
+    def __init__(
+        self,
+        body: AxisBody,
+        world: World,
+        travel_deg: tuple[float, float],
+        times: TableTimes,
+        *,
+        is_absolute: bool = False,
+    ) -> None:
         self.seats = True
         """False is a coupling that no longer engages: the axis comes to rest lifted."""
         self._body = body
@@ -57,7 +65,8 @@ class TableAxis:
         self._times = times
         self._shown_from_s = self._rest_from_s = -math.inf
         self._turns_until_s = -math.inf
-        self._homed_from_s = math.inf
+        self._is_absolute = is_absolute
+        self._homed_from_s = -math.inf if is_absolute else math.inf
         self._lost_deg = 0.0
         """True table angle minus read-back: not 0 after the home was lost away from it."""
 
@@ -97,8 +106,10 @@ class TableAxis:
         return Acknowledged()
 
     def power_cycle(self, now_s: float) -> None:
-        """Lose power and get it back: the axis stands where it was, has no home and reads 0."""
+        """Lose power and get it back: the axis stands where it was, has no home and reads 0, unless it is absolute."""
         self.stop(now_s)
+        if self._is_absolute:
+            return
         self._homed_from_s = math.inf
         self._lost_deg = self._body.table_deg(self._rest_from_s)
 
@@ -142,9 +153,13 @@ class IndexingTableTwin:
         travel_deg: tuple[float, float] = (-360.0, 360.0),
         times: TableTimes | None = None,
     ) -> None:
-        """Make the table; ``bodies``: the controller's axis numbers to the world's axis names."""
+        """Make the table; ``bodies``: the controller's axis numbers to the world's axis names.
+
+        ``travel_deg``: where the dialect does not say what its machine takes.
+        """
+        takes_deg, is_absolute = codec.dialect.move.targets_deg or travel_deg, not codec.knows(Home)
         self.axes = {
-            number: TableAxis(world.axes[name], world, travel_deg, times or TableTimes())
+            number: TableAxis(world.axes[name], world, takes_deg, times or TableTimes(), is_absolute=is_absolute)
             for number, name in bodies.items()
         }
         self._codec = codec

@@ -69,7 +69,7 @@ class RateTableTwin:
 
     def power_cycle(self, now_s: float) -> None:
         for axis in self.axes.values():
-            axis.power_cycle(now_s)
+            axis.power_cycle(now_s, is_absolute=not self._codec.knows(Home))
 
     def _with_bare_ends(self, received: bytes) -> bytes:
         """Put the end that it does not need behind every command that is obeyed without one."""

@@ -205,7 +205,7 @@ class Dialect(StrictTable):
     rate: RateCommand | None = None
     """Of a machine that turns at a rate."""
     home: PlainQuery | None = None
-    """Without one positions are absolute: the home is their zero."""
+    """Without one positions are absolute, and a home moves nothing."""
     stop: StopCommand | None = None
     position: PositionQuery
     state: StateQuery | None = None

@@ -124,16 +124,18 @@ class AxisBody:
         sign: int = 1,
         zero_deg: float = 0.0,
         errors: AxisErrors | None = None,
+        stands_deg: float = 0.0,
     ) -> None:
+        """Make the body; ``stands_deg``: at this table angle to begin with."""
         self.name = name
         self.speed_dps = speed_dps
         self.increment_deg = increment_deg
-        self.reached_deg = (0.0, 0.0)
+        self.reached_deg = (stands_deg, stands_deg)
         """Lowest and highest table angle that was ever commanded: what a limit test looks at."""
         self._sign, self._zero_deg = sign, zero_deg
         self._errors = errors or AxisErrors()
         self._chance = chance
-        self._path: Path = _Travel(0.0, 0.0, -math.inf, -math.inf)
+        self._path: Path = _Travel(stands_deg, stands_deg, -math.inf, -math.inf)
         self._teeth: dict[int, float] = {}
         self._stall_s = self._lag_s = self._slip_deg = 0.0
 

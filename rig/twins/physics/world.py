@@ -10,6 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from rig.abilities.targets import nearest_targets_deg
 from rig.description.device_settings import AxisSettings
 from rig.description.rig_file import (
     AxisTruth,
@@ -322,7 +323,15 @@ def _body(name: str, axis: AxisSettings, description: RigDescription, chance: Ch
         sign=axis.sign,
         zero_deg=axis.zero_deg,
         errors=errors,
+        stands_deg=_first_stand_deg(axis),
     )
+
+
+def _first_stand_deg(axis: AxisSettings) -> float:
+    """Return the table angle of a twin that nobody moved: its zero; where homing moves nothing, the nearest inside."""
+    if axis.moves_to_home or not (nearest_deg := nearest_targets_deg(axis, axis.home_attitude_deg)):
+        return 0.0
+    return axis.table_deg(min(nearest_deg, key=lambda angle_deg: abs(axis.table_deg(angle_deg))))
 
 
 def _half_width_arcsec(axis: AxisSettings, standards: Mapping[str, Standard]) -> float:
