@@ -72,6 +72,6 @@ def _without_steps(
         return evidence, index
     nothing, still = np.zeros((under.rows.rows, 0)), np.zeros(under.rows.rows)
     given = (under.outputs, under.rows, under.table, under.shared)
-    seen = Believed(evidence, shared_tests(evidence), solved, index, *given, nothing, still)
+    seen = Believed(evidence, shared_tests(evidence), solved, index, *given, nothing, still, under.outputs[:, index])
     columns, beside = step_columns(evidence, index, steps.during), beside_of(evidence, index, steps.drifting)
     return seen.without(columns, beside).evidence, 0

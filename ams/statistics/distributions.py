@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 SD_PER_MEDIAN_DEVIATION = 1.4826
 """Of a normal variable, the standard deviation by the median of its distance from the median: 1/Φ⁻¹(3/4)."""
 
+MEDIAN_EFFICIENCY = 0.37
+"""Degrees of freedom of a standard deviation by the median over those of one by the squares."""
+
 
 @cache
 def _special() -> "ModuleType":
@@ -89,6 +92,11 @@ def chi_square_upper_quantile(tail: ArrayLike, degrees_of_freedom: ArrayLike) ->
 def chi_square_tail(value: ArrayLike, degrees_of_freedom: ArrayLike) -> FloatArray:
     """Return P(χ² > ``value``)."""
     return _called("chdtrc", degrees_of_freedom, value)
+
+
+def binomial_tail(least: int, trials: int, chance: float) -> FloatArray:
+    """Return the probability of ``least`` successes or more."""
+    return _called("bdtrc", least - 1, trials, chance)
 
 
 def digamma(value: ArrayLike) -> FloatArray:

@@ -44,6 +44,8 @@ class Believed:
     """
     course: FloatArray
     """(N,) what of the output was taken out as a drift or the temperature's: the result itself is told with it."""
+    readings: FloatArray
+    """(N,) the output as it was read, nothing taken out."""
 
     def without(self, columns: FloatArray, beside: FloatArray | None = None) -> "Believed":
         """Return the output less what (N, c) columns explain of it, beside the effects of points; solved anew.
@@ -91,14 +93,14 @@ class Believed:
         plots = plots_of(model, rows, layout)
         solved = solve_linearised(problem, layout, plots, self.table, self.errors)
         evidence = evidence_of(solved, rows)
-        taken, course = self.taken[kept], self.course[kept]
+        taken, course, readings = self.taken[kept], self.course[kept], self.readings[kept]
         seen = replace(self, evidence=evidence, shared=shared_tests(evidence), solved=solved, index=0)
-        return replace(seen, outputs=output[:, None], rows=rows, taken=taken, course=course)
+        return replace(seen, outputs=output[:, None], rows=rows, taken=taken, course=course, readings=readings)
 
     def tested(self, made: Mapping[str, BeliefTest], limit: TableLimit | None, family: int) -> AxisTests:
         """Return all tests, those of what is taken out as they were ``made``."""
         given = self._taken_from_points()
-        tests = axis_tests(self.evidence, self.shared, self.index, made, limit, family, given)
+        tests = axis_tests(self.evidence, self.shared, self.index, self.readings, made, limit, family, given)
         return beside_wander(self.evidence, self.index, tests, frozenset(made))
 
     def _taken_from_points(self) -> FloatArray:

@@ -102,7 +102,7 @@ def diagnose(solved: SolvedColumns, circumstances: Circumstances, evidence: Evid
     in_order = replace(circumstances, order=order)
     given = (circumstances.outputs, circumstances.rows, circumstances.table, circumstances.shared)
     for axis in axes:
-        whole = Believed(evidence, shared, solved, axis, *given, nothing, still)
+        whole = Believed(evidence, shared, solved, axis, *given, nothing, still, circumstances.outputs[:, axis])
         diagnosis = _axis(whole, axis, in_order)
         found.append(
             replace(diagnosis, findings=(*diagnosis.findings, *order, *_of_direction(solved, axis, circumstances)))

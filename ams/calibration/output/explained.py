@@ -129,7 +129,7 @@ def _with_even_noise(left: Explained) -> Explained:
     tests, seen = left.tests, left.seen
     if tests.grid is None or not tests.is_significant.get(UNEVEN):
         return left
-    wrong = _convicted(seen.evidence, seen.index, tests)
+    wrong = _convicted(seen, tests)
     grid = tests.grid if wrong is None else _without_far(tests.grid, wrong)
     found = uneven_noise(grid)
     if found is None or not (found.p_value <= tests.conviction_level and np.any(found.excess > 1.0)):
@@ -168,7 +168,7 @@ def _without_far(grid: GridResiduals, wrong: WrongDwells) -> GridResiduals:
 def without_wrong_dwells(left: Explained) -> tuple[Explained, Convicted | None]:
     """Return the output without the dwells that the other replications contradict, and which they are."""
     seen = left.seen
-    wrong = _convicted(seen.evidence, seen.index, left.tests)
+    wrong = _convicted(seen, left.tests)
     if wrong is None or not wrong.dwells:
         return left, None
     if left.as_read is not None:
@@ -278,13 +278,14 @@ def _scatter(seen: Believed) -> float:
     return float(departures @ departures)
 
 
-def _convicted(evidence: Evidence, output: int, tests: AxisTests) -> WrongDwells | None:
+def _convicted(seen: Believed, tests: AxisTests) -> WrongDwells | None:
     level = tests.conviction_level
     if tests.dwells is None or WRONG_DWELL not in tests.tests or not tests.tests[WRONG_DWELL].p_value <= level:
         return None
+    evidence = seen.evidence
     other_view = np.zeros(evidence.grid.present.size)
-    other_view[evidence.dwell] = evidence.left[:, output]
-    return convict(tests.dwells, level, other_view)
+    other_view[evidence.dwell] = evidence.left[:, seen.index]
+    return convict(tests.dwells, level, other_view, seen.readings)
 
 
 def _sizes(dwells: Sequence[int], left: GridResiduals) -> tuple[float, ...]:

@@ -65,7 +65,7 @@ from ams.analysis.diagnostics.time_order import (
     slope_between,
 )
 from ams.analysis.diagnostics.uneven_noise import uneven_noise, uneven_test
-from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values
+from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values, least_p_value
 from ams.arrays import FloatArray
 from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
@@ -105,6 +105,7 @@ def axis_tests(
     evidence: Evidence,
     shared: SharedTests,
     output: int,
+    readings: FloatArray,
     convicted: Mapping[str, BeliefTest],
     limit: TableLimit | None = None,
     family: int = 1,
@@ -112,6 +113,7 @@ def axis_tests(
 ) -> AxisTests:
     """Return all tests of one axis, decided as one of a ``family`` of axes.
 
+    ``readings`` (N,): its output as it was read, whatever is taken out of the evidence.
     ``convicted``: tests that were made already, of what is not in the evidence any more. ``limit``: what all axes of
     the package say of the table's declared limit; where it is plainly broken, its index errors count as known.
     ``given``: (K, c) of what is taken out already, as far as the points have it.
@@ -128,6 +130,7 @@ def axis_tests(
     dwells = judged_by(grid, steady)
     if lagging is not None or dwells is steady:
         wrong_p_value = float(largest_p_values(dwells)[0][0])
+    wrong_p_value = least_p_value(dwells, wrong_p_value, level / MOST_TESTS, readings)
     known = _known(evidence, output, lagging, given, limit, level)
     before = previous_attitude.turned_from(evidence, output)
     found = [

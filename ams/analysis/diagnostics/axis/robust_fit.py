@@ -22,7 +22,7 @@ from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.analysis.diagnostics.time_order import LEAST_DOF
 from ams.arrays import FloatArray
 from ams.remembered import remembered
-from ams.statistics.distributions import f_tail
+from ams.statistics.distributions import MEDIAN_EFFICIENCY, f_tail
 
 _K: Final = 1.345
 """Standard deviations from which on a dwell counts for less: 95 % efficient for normal noise. Source: Huber (1964)."""
@@ -33,8 +33,6 @@ _SD_OF_NORMAL: Final = 0.25
 """Of the difference, for noise and a number of dwells of one."""
 _SD_OF_TAILS: Final = 0.88
 """Of the difference, over the root of the sum of squares of what was taken: the fit takes a part of it back."""
-_MEDIAN_EFFICIENCY: Final = 0.37
-"""Degrees of freedom of a median deviation over those of a standard deviation."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +59,7 @@ def robust_fit(evidence: Evidence, grid: GridResiduals) -> RobustFit | None:
     variance = max((_SD_OF_NORMAL * sigma) ** 2 * float(share @ share), of_tails)
     if not variance > 0.0:
         return None
-    p_value = f_tail(size**2 / variance, 1.0, _MEDIAN_EFFICIENCY * grid.dof)
+    p_value = f_tail(size**2 / variance, 1.0, MEDIAN_EFFICIENCY * grid.dof)
     return RobustFit(float(p_value), -size, float(np.sqrt(variance)))
 
 

@@ -51,7 +51,7 @@ def test_taking_a_dwell_out_is_as_if_it_had_never_been_there(basis) -> None:
 def test_one_dwell_is_convicted_and_none_of_its_neighbours(basis) -> None:
     outputs = np.random.default_rng(4).standard_normal((N * K, 1))
     outputs[11] += 1e4
-    found = convict(grid_residuals(basis, outputs, np.arange(N * K), N, K), 0.003, outputs[:, 0])
+    found = convict(grid_residuals(basis, outputs, np.arange(N * K), N, K), 0.003, outputs[:, 0], outputs[:, 0])
     assert found.dwells == (11,)
     assert found.sizes[0] == pytest.approx(1e4, abs=10.0)
 
@@ -61,7 +61,7 @@ def test_of_two_replications_the_one_that_leaves_the_model_is_convicted() -> Non
     basis = chance.standard_normal((30, 2))
     outputs = truth + chance.standard_normal(60)
     outputs[44] += 100.0
-    found = convict(grid_residuals(basis, outputs[:, None], np.arange(60), 2, 30), 0.003, outputs)
+    found = convict(grid_residuals(basis, outputs[:, None], np.arange(60), 2, 30), 0.003, outputs, outputs)
     assert found.dwells == (44,)
 
 
