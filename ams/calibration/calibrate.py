@@ -36,6 +36,7 @@ from ams.calibration.output.diagnosis import (
 from ams.calibration.output.untold import undetected_dwell, untold_noise, untold_of_few, untold_transient
 from ams.calibration.output.untold_curvature import bend_remarks, curvature_warnings
 from ams.calibration.outputs_together import diagnose_together, tilt_of_base, with_tilt
+from ams.calibration.rates_of_table import with_rates_of_table
 from ams.calibration.solving.columns import SolvedColumns, plots_of, solve_linearised
 from ams.calibration.solving.model_choice import ModelChoice, base_model, choose_model, refuse_foreign_units
 from ams.calibration.steps.judged_steps import judge_steps
@@ -99,6 +100,7 @@ def calibrate(observations: Observations, request: CalibrationRequest) -> Calibr
     diagnoses, tilt = _diagnosed(rows, groups, choices, request)
     seats = _seats(rows, groups, diagnoses, request)
     diagnoses = diagnoses if seats is None else with_seats(diagnoses, seats, request.tested_axes or len(choices))
+    diagnoses = with_rates_of_table(diagnoses, rows, shared[labels[0]])
     diagnosed = {
         label: of
         for (group, *_), found in zip(groups, diagnoses, strict=True)
