@@ -28,6 +28,7 @@ driver = "indexing-table"
 port = "socket://127.0.0.1:1"
 increment_deg = 1.0
 limits_deg = [{low}, 180.0]
+zero_deg = {zero}
 speed_dps = 10.0
 axis = 2
 [readouts.dmm]
@@ -52,7 +53,7 @@ model = "linear"
 
 
 def _refusal(folder: Path, pitch: str, approach: float = 0.0, low: float = -180.0, table: str = TABLE) -> str:
-    (folder / "rig.toml").write_text(table.format(approach=approach, low=low), encoding="utf-8")
+    (folder / "rig.toml").write_text(table.format(approach=approach, low=low, zero=min(0.0, -low)), encoding="utf-8")
     (folder / "rest.toml").write_text(REST.format(pitch=pitch), encoding="utf-8")
     rig = read_rig(folder / "rig.toml")
     with pytest.raises((PlanError, DescriptionError)) as caught:
@@ -101,7 +102,15 @@ def test_what_is_no_number_of_degrees_is_refused(tmp_path: Path, pitch: str) -> 
     assert _refusal(tmp_path, pitch).startswith("/rest.toml:6: static.pitch_deg: ")
 
 
-NARROW = {r"(\[axes\.\w+\]\n(?:.*\n)*?)limits_deg = \[[^]]*\]": r"\1limits_deg = [5.0, 170.0]"}
+HOMES = {"servo-mechanism": "home_deg = 5.0", "rate-table": "zero_deg = -5.0"}
+"""How each says that the home is inside the narrowed limits."""
+
+
+def _limits(axis: str, low_deg: float, high_deg: float, example: str) -> dict[str, str]:
+    home = HOMES[example] if low_deg > 0.0 else ""
+    return {
+        rf"(\[axes\.{axis}\]\n(?:.*\n)*?)limits_deg = \[[^]]*\]": rf"\1{home}\nlimits_deg = [{low_deg}, {high_deg}]"
+    }
 
 
 @pytest.mark.parametrize(
@@ -117,14 +126,14 @@ NARROW = {r"(\[axes\.\w+\]\n(?:.*\n)*?)limits_deg = \[[^]]*\]": r"\1limits_deg =
 def test_no_kind_plans_what_narrowed_limits_forbid(tmp_path: Path, example: str, procedure: str, kind: str) -> None:
     assert kind in KINDS
     with pytest.raises(PlanError, match=r"procedure\.toml:\d+: .*limits"):
-        motion_run(tmp_path, example, procedure, rig_changes=NARROW)
+        motion_run(tmp_path, example, procedure, rig_changes=_limits(r"\w+", 5.0, 170.0, example))
 
 
 @pytest.mark.parametrize(("low", "high"), [(-20.0, 20.0), (-180.0, 170.0), (5.0, 364.0)])
 def test_an_axis_that_may_not_turn_a_whole_circle_is_not_asked_for_revolutions(
     tmp_path: Path, low: float, high: float
 ) -> None:
-    changes = {r"(\[axes\.pitch\]\n(?:.*\n)*?)limits_deg = \[[^]]*\]": rf"\1limits_deg = [{low}, {high}]"}
+    changes = _limits("pitch", low, high, "rate-table")
     with pytest.raises(
         PlanError, match=r"procedure\.toml:\d+: rates\.pitch_dps: pitch turns whole revolutions, allowed are"
     ):
