@@ -70,6 +70,10 @@ class Linearised:
         """Places of the free primary parameters."""
         return _free(self.model)
 
+    def basis_at_points(self, layout: Layout) -> FloatArray:
+        """Return (K, P) of what a replication determines by itself."""
+        return self.alone.block if self.alone.repeats > 1 else layout.mean_by_point(self.alone.basis)
+
     def complete(self, free_values: FloatArray) -> FloatArray:
         """Return the (…, P) primary parameters from the free ones: the fixed ones put in their places."""
         return _complete(self.model, self.free, free_values)

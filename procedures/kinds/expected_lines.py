@@ -4,8 +4,10 @@ The uncertainty is that of the solution (:mod:`procedures.solution.expected_poin
 is a twin; at the bench nothing is guessed.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
+from ams.analysis.diagnostics.facts import time_confounded
+from ams.findings import significant_texts
 from ams.units import printed
 from procedures.kinds.expected import ExpectedAxis
 from procedures.kinds.kind import Forecast
@@ -28,6 +30,7 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
     if solver is not None:
         for name, sensor in plan.sensors.items():
             expected += _expected(rig, plan, name, sensor, solver)
+    in_order = () if solver is None else tuple(_of_order(rig.all_on_twins(), plan, solver))
     remarks = [*undeclared_of_plan(rig, plan).remarks]
     if plan.environment is None:
         remarks += use_remarks(rig, plan.solve, plan.sensors)
@@ -35,21 +38,49 @@ def forecast_of_points(rig: RigDescription, plan: Plan, solver: Solver | None) -
         tuple(expected),
         (*_advice(plan), *_unguarded(rig, plan)),
         turns=_turns(plan),
-        reservations=_of_use(rig, plan),
+        reservations=(*_of_use(rig, plan), *in_order),
         remarks=tuple(remarks),
     )
 
 
 def _of_use(rig: RigDescription, plan: Plan) -> tuple[str, ...]:
     """Return the reservations about the range of use, what all sensors share once."""
-    said: dict[str, list[str]] = {}
-    for name, sensor in plan.sensors.items():
-        is_recorded = temperature_source(rig, sensor) is not None
-        for text in use_warnings(sensor, planned_degc(rig, plan, sensor), is_recorded=is_recorded):
-            said.setdefault(text, []).append(name)
     return tuple(
-        text if len(names) == len(plan.sensors) else f"{', '.join(names)}: {text}" for text, names in said.items()
+        _once(
+            plan,
+            {
+                name: use_warnings(
+                    sensor, planned_degc(rig, plan, sensor), is_recorded=temperature_source(rig, sensor) is not None
+                )
+                for name, sensor in plan.sensors.items()
+            },
+        )
     )
+
+
+def _of_order(twins: RigDescription, plan: Plan, solver: Solver) -> Iterator[str]:
+    """Yield what the report will say of the order of the points; the twins of any rig tell it."""
+    yield from _once(
+        plan,
+        {
+            name: dict.fromkeys(
+                text
+                for found in expected_points(twins, plan, name, sensor, solver).values()
+                for text in significant_texts(time_confounded(found.solution.points))
+            )
+            for name, sensor in plan.sensors.items()
+        },
+    )
+
+
+def _once(plan: Plan, texts: Mapping[str, Iterable[str]]) -> Iterator[str]:
+    """Yield what is said of the sensors, by their names, what all of them share once."""
+    said: dict[str, list[str]] = {}
+    for name, of_sensor in texts.items():
+        for text in of_sensor:
+            said.setdefault(text, []).append(name)
+    for text, names in said.items():
+        yield text if len(names) == len(plan.sensors) else f"{', '.join(names)}: {text}"
 
 
 def _turns(plan: Plan) -> dict[str, float]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.time_order import (
     LARGEST_CORRELATION,
     EvenDrift,
+    InOrder,
     confounding,
     confounding_in_layings,
     row_time,
@@ -114,8 +116,11 @@ def undetermined_offset(model: Model, primary: FloatArray, covariance: FloatArra
     )
 
 
+_THERE_AND_BACK: Final = "such as there-and-back"
+
+
 @dataclass(frozen=True)
-class _InOrder:
+class _Together:
     """How the order of time goes with the points: its correlation, where, and what passes for parameters by it."""
 
     r: float
@@ -127,50 +132,52 @@ class _InOrder:
     """What tells them apart in any order, as a sentence goes on with it."""
 
 
-def _in_replications(r: float) -> _InOrder:
+def _in_replications(r: float, stimulus: str) -> _Together:
+    """``stimulus``: levels are few, and there and back has them in one order."""
+    otherwise = "that every second replication reverses (forward-reverse)" if stimulus == "level" else _THERE_AND_BACK
     passes = "a drift within a replication would pass for offset and sensitivity"
     by_term = ", or take an even drift into the solution (--time-term linear; [solve] time_term)"
-    return _InOrder(r, "inside the replications", passes, "an order such as there-and-back", by_term)
+    return _Together(r, "inside the replications", passes, f"an order {otherwise}", by_term)
 
 
-def _in_layings(evidence: Evidence, time_s: FloatArray) -> Iterator[_InOrder]:
+def _in_layings(points: InOrder, time_s: FloatArray) -> Iterator[_Together]:
     """Yield how they go together inside the runs of rows of one laying, where they do."""
-    r = confounding_in_layings(evidence, LINEAR_COLUMNS, time_s)
+    r = confounding_in_layings(points, LINEAR_COLUMNS, time_s)
     if r is None or not r > LARGEST_CORRELATION:
         return
-    if stimulus_of(evidence.models[0]) == "rate":
+    if stimulus_of(points.models[0]) == "rate":
         while_, otherwise = "while it turns about one axis", "alternate the senses at two rates or more"
     else:
         while_, otherwise = "from one move of the slower axis to the next", "take the other sense in every second row"
     passes = (
         "what comes back each time, such as a zero that warms up and is back at the next, would pass for sensitivity"
     )
-    yield _InOrder(r, while_, passes, f"an order that goes there and back {while_}, or {otherwise}")
+    yield _Together(r, while_, passes, f"an order that goes there and back {while_}, or {otherwise}")
 
 
-def _even_drift_is_solved(evidence: Evidence) -> bool:
-    return DRIFT_NAME in evidence.models[0].primary_names
+def _even_drift_is_solved(points: InOrder) -> bool:
+    return DRIFT_NAME in points.models[0].primary_names
 
 
-def _confounded(evidence: Evidence, r: float | None, time_s: FloatArray) -> list[_InOrder]:
+def _confounded(points: InOrder, r: float | None, time_s: FloatArray) -> list[_Together]:
     """Return where the order goes with the points: through the replications, else inside the layings; nowhere: empty.
 
     ``r``: inside the replications. An even drift in the solution holds what goes on through them, not what comes back
     with every laying.
     """
-    if r is not None and r > LARGEST_CORRELATION and not _even_drift_is_solved(evidence):
-        return [_in_replications(r)]
-    return [*_in_layings(evidence, time_s)]
+    if r is not None and r > LARGEST_CORRELATION and not _even_drift_is_solved(points):
+        return [_in_replications(r, stimulus_of(points.models[0]))]
+    return [*_in_layings(points, time_s)]
 
 
-def time_confounded(evidence: Evidence) -> Iterator[Finding]:
+def time_confounded(points: InOrder) -> Iterator[Finding]:
     """Yield a finding on the order of the points; without times one that is not significant, of the order of rows."""
-    time_s = evidence.rows.time_s
+    time_s = points.rows.time_s
     if time_s is None:
-        yield from _rows_confounded(evidence)
+        yield from _rows_confounded(points)
         return
-    r = confounding(evidence, LINEAR_COLUMNS, time_s)
-    what, met = stimulus_of(evidence.models[0]), _confounded(evidence, r, time_s)
+    r = confounding(points, LINEAR_COLUMNS, time_s)
+    what, met = stimulus_of(points.models[0]), _confounded(points, r, time_s)
     details: dict[str, float | str | None] = {"test": "time with attitude"}
     for found in met:
         fact = (
@@ -183,14 +190,14 @@ def time_confounded(evidence: Evidence) -> Iterator[Finding]:
     if not met and r is not None:
         fact = (
             f"time and {what}: correlation {r:.2f} inside the replications, allowed {LARGEST_CORRELATION:g}"
-            f"{'; an even drift is in the solution' if _even_drift_is_solved(evidence) else ''}"
+            f"{'; an even drift is in the solution' if _even_drift_is_solved(points) else ''}"
         )
         yield Finding("time-confounded", fact, False, None, details={**details, "correlation": r})
 
 
-def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
+def _rows_confounded(points: InOrder) -> Iterator[Finding]:
     """Yield what the order of rows without times tells: nothing is wrong with a run only because it has no times."""
-    passed = row_time(evidence)
+    passed = row_time(points)
     if passed is None:
         fact = (
             f"{NO_TIMES}, and the rows are not in the order of the replications: a drift inside the replications "
@@ -199,10 +206,10 @@ def _rows_confounded(evidence: Evidence) -> Iterator[Finding]:
         what_to_do = "give the column time_s, or the rows in the order in which they were measured"
         yield Finding("time-confounded", fact, False, None, details={"test": _NO_ORDER}, what_to_do=what_to_do)
         return
-    r = confounding(evidence, LINEAR_COLUMNS, passed)
-    for found in _confounded(evidence, r, passed):
+    r = confounding(points, LINEAR_COLUMNS, passed)
+    for found in _confounded(points, r, passed):
         fact = (
-            f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(evidence.models[0])} "
+            f"{NO_TIMES}, and the order of the rows, taken for them, goes with the {stimulus_of(points.models[0])} "
             f"{found.where} (correlation {found.r:.2f}, allowed {LARGEST_CORRELATION:g}): {found.passes}, and is not "
             "in the uncertainty"
         )

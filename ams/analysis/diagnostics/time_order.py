@@ -6,9 +6,9 @@ E r = tr(MS)/ν, E r² = (2 tr(MSMS) + (tr MS)²)/(ν(ν + 2)). As a correlation
 is a beta variable of that variance (Durbin and Watson 1951), as the correlation of 1/var r + 1 pairs is.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import FloatArray, IntArray
 from ams.models.drifting import SECONDS_PER_HOUR
+from ams.models.model import Model
+from ams.observations import Observations
 from ams.remembered import remembered
 from ams.solve.dwell_order import rows_by_laying, rows_in_time, settling_of_rows, turns_in_replication
 from ams.solve.layout import Layout
@@ -36,6 +38,21 @@ _FREE_OF_FADING: Final = 2
 """Numbers: how fast, and how far."""
 _WAVES: Final = (4, 6)
 """Half waves over the run that a walk is made of, more or less of it."""
+
+
+class InOrder(Protocol):
+    """Points as they follow one another, measured (:class:`~ams.analysis.diagnostics.evidence.Evidence`) or planned."""
+
+    @property
+    def rows(self) -> Observations: ...
+    @property
+    def layout(self) -> Layout: ...
+    @property
+    def models(self) -> Sequence[Model]: ...
+    @property
+    def basis(self) -> FloatArray:
+        """(K, P) at the points."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -61,16 +78,16 @@ class Slope:
     p_value: FloatArray
 
 
-def row_time(evidence: Evidence) -> FloatArray | None:
+def row_time(points: InOrder) -> FloatArray | None:
     """Return the (N,) times of the rows; without times their order, evenly spaced.
 
     None where there are neither: rows that are not in the order of their replications were sorted by something else.
     """
-    if evidence.rows.time_s is not None:
-        return evidence.rows.time_s
-    replication = evidence.layout.replication
+    if points.rows.time_s is not None:
+        return points.rows.time_s
+    replication = points.layout.replication
     changes = int(np.count_nonzero(np.diff(replication)))
-    return np.arange(float(replication.size)) if changes == evidence.layout.replications - 1 else None
+    return np.arange(float(replication.size)) if changes == points.layout.replications - 1 else None
 
 
 def even_course(order: IntArray) -> FloatArray:
@@ -214,7 +231,7 @@ def _hours(time_s: FloatArray) -> FloatArray | None:
     return np.asarray((time_s - 0.5 * (time_s.min() + time_s.max())) / SECONDS_PER_HOUR)
 
 
-def confounding(evidence: Evidence, linear: int, column: FloatArray | None) -> float | None:
+def confounding(points: InOrder, linear: int, column: FloatArray | None) -> float | None:
     """Return the correlation of a (N,) column inside the replications with what a model takes from the points.
 
     It is that of the first columns of its basis, as many as the ``linear`` sensor has.
@@ -224,17 +241,17 @@ def confounding(evidence: Evidence, linear: int, column: FloatArray | None) -> f
     """
     if column is None:
         return None
-    return _confounding(evidence.layout.replication, evidence.layout.point, evidence.basis, linear, column)
+    return _confounding(points.layout.replication, points.layout.point, points.basis, linear, column)
 
 
-def confounding_in_layings(evidence: Evidence, linear: int, column: FloatArray) -> float | None:
+def confounding_in_layings(points: InOrder, linear: int, column: FloatArray) -> float | None:
     """Return the same inside the runs of rows of one laying, over all of them together.
 
     What comes back with each of them is a saw-tooth over the replication, and goes with the points where the column
     does so inside the runs. None also where no replication has more than one of them, or of attitudes more than two:
     six points of a tumble are two runs, whose few points time follows in any order.
     """
-    rows, layout = evidence.rows, evidence.layout
+    rows, layout = points.rows, points.layout
     yaw_rad = np.zeros(layout.rows) if rows.yaw_rad is None else rows.yaw_rad
     angles_rad = np.stack([rows.pitch_rad, yaw_rad, rows.roll_rad], axis=1)
     order = rows_in_time(column, layout.rows)
@@ -242,7 +259,7 @@ def confounding_in_layings(evidence: Evidence, linear: int, column: FloatArray) 
     few = _FEW_RUNS if rows.euler_rate_rad_s is None else 1
     if np.count_nonzero(np.bincount(run[run >= 0]) > 1) <= few * layout.replications:  # a row alone tells nothing
         return None
-    return _confounding(run, layout.point, evidence.basis, linear, column)
+    return _confounding(run, layout.point, points.basis, linear, column)
 
 
 @remembered(32)

@@ -118,12 +118,11 @@ def evidence_of(solved: SolvedColumns, rows: Observations) -> Evidence:
     problem, layout = solved.problem, solved.layout
     form, alone, ordinary = problem.form, problem.alone, solved.mixed.ordinary
     fitted = form.fitted(ordinary)
-    basis = alone.block if alone.repeats > 1 else layout.mean_by_point(alone.basis)
     return Evidence(
         rows=rows,
         layout=layout,
         models=problem.models,
-        basis=basis,
+        basis=problem.basis_at_points(layout),
         left=problem.outputs - fitted,
         fitted=fitted,
         primary=solved.primary,

@@ -19,9 +19,20 @@ from ams.inputs.table_uncertainty import corrected
 from ams.models.model import Model
 from ams.observations import Observations
 from ams.solve.expected import Belief
-from ams.solve.layout import layout_of
+from ams.solve.layout import Layout, layout_of
 from ams.solve.linearised import linearise
 from ams.solve.package import SolvedAxis, package_covariance
+
+
+@dataclass(frozen=True)
+class PlannedPoints:
+    """Points as they will follow one another: what the findings on their order look at."""
+
+    rows: Observations
+    layout: Layout
+    models: Sequence[Model]
+    basis: FloatArray
+    """(K, P) at the points."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +47,7 @@ class ExpectedSolution:
     degrees_of_freedom: int
     added: tuple[str, ...]
     """Primary parameters beside those of the model that was asked for: terms of low order, of temperature, of time."""
+    points: PlannedPoints
 
 
 @dataclass(frozen=True)
@@ -113,13 +125,19 @@ def expect_each(
         for rows_together in [[index] for index in range(len(beliefs))] if is_iterated else [range(len(beliefs))]:
             outputs = np.tile(rows.outputs[label][:, None], (1, len(rows_together)))
             problem = linearise([model] * len(rows_together), rows, layout, outputs, None)
+            points = PlannedPoints(rows, layout, [model], problem.basis_at_points(layout))
             axis_beliefs = [beliefs[index][label] for index in rows_together]
             solved = expect_linearised(
                 problem, layout, plots_of(model, rows, layout), axis_beliefs, request.table, errors
             )
             for row, index in enumerate(rows_together):
                 axes[index][label] = ExpectedSolution(
-                    model, solved.primary[row], solved.parameters.estimates(row), solved.degrees_of_freedom, added
+                    model,
+                    solved.primary[row],
+                    solved.parameters.estimates(row),
+                    solved.degrees_of_freedom,
+                    added,
+                    points,
                 )
                 parts[index].append(SolvedAxis(label, model.primary_names, solved.components, row, errors))
     return [Expectation(axis, package_covariance(part)) for axis, part in zip(axes, parts, strict=True)]
