@@ -1,4 +1,4 @@
-"""A machine to itself for each process of tests: who holds what, and where guards listen, is nobody else's.
+"""A machine to itself for each process of tests: who holds what, where guards listen, and what calrig keeps of a user.
 
 Stored runs name the rig file that they began with; two sessions, or two workers, that resume one at the same moment
 would refuse each other in the folder that all of a machine share.
@@ -14,9 +14,13 @@ from rig.machine_folder import OVERRIDE
 
 
 def enter_machine_folder() -> Path:
-    """Have this process and its children share locks with nobody else; return the folder, to be removed at the end."""
+    """Have this process and its children share locks with nobody else; return the folder, to be removed at the end.
+
+    Homes, defects and second journals of tests go there too, and not among those of whoever tests.
+    """
     folder = make_open_folder()  # some tests become another account
     os.environ[OVERRIDE] = str(folder / "calrig")
+    os.environ["XDG_STATE_HOME"] = str(folder / "state")
     return folder
 
 
