@@ -1,7 +1,8 @@
 """HP/Agilent/Keysight 3458A multimeter behind an HP 3488A scanner, by GPIB.
 
-Whatever the meter was told is read back before every burst, and a burst counts only when the scanner shows the same
-channel before and after it, the meter reports no error and no loss of power, and no reading and no byte is left over.
+Whatever the meter was told is read back before and behind every burst, and a burst counts only when the scanner shows
+the same channel closed before and after it and no other, the meter reports no error and no loss of power, and no
+reading and no byte is left over.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,8 @@
 """The 3458A alone: set up, read back, triggered, fetched.
 
 A burst is armed once (``TARM SGL``) and the meter paces it; each reading is waited for in rig time, looked for by
-serial poll where it is long, then fetched. What the meter was told is read back before it is trusted.
+serial poll where it is long, then fetched. What the meter was told is read back before it is triggered and once more
+behind the burst: a hand at its panel, another program or the mains can change it in between.
 """
 
 from collections.abc import Callable, Mapping
@@ -44,11 +45,12 @@ CONFIRMED: Mapping[bytes, float] = {
     **{b"OFORMAT?": 1, b"AZERO?": 1, b"FIXEDZ?": 0, b"RATIO?": 0},
     **{b"TRIG?": Event.AUTO, b"TARM?": Event.HOLD},
 }
-"""Read back before every burst: hands at its panel and other controllers can change them at any time."""
+"""Read back before and behind every burst: hands at its panel and other controllers can change them at any time."""
 WAYS_OUT: Mapping[bytes, str] = {
     b"NPLC?": "choose a value that the meter offers (nplc: whole cycles from 1, tens above 10)",
     b"FUNC?": "choose a range that the meter offers (range_v of the channel), or see who else sets the meter",
 }
+NOT_READ, DROPPED = "no reading is taken", "the burst is dropped"
 ANOTHER_SETTING = "see who else sets the meter, or whether the line damages what is sent"
 
 
@@ -110,7 +112,7 @@ class Hp3458aMeter:
         )
         self._ask(b"ID?", wire.parse_identity)
         self._clear_earlier_errors()
-        self._inputs.require(self._selected(), "no reading is taken")
+        self._inputs.require(self._selected(), NOT_READ)
         self._configure()
         # Where CSB does not clear the sign, it says nothing about what happens from here on.
         self._power_on_sign = Status.POWER_ON & ~Status(self._bus.serial_poll(self._address))
@@ -122,9 +124,8 @@ class Hp3458aMeter:
         and it is refused. Raises: DeviceRefused.
         """
         if self._is_configured:
-            # One that lost its power or was reset runs free without EOI: nothing that it sends would end.
-            self._bus.send(self._address, b"END ALWAYS;TARM HOLD")
-            self._confirm_configuration()
+            self._quieten()
+            self._confirm_configuration(NOT_READ)
         else:
             self._configure()
         is_new = setup != self._setup
@@ -132,14 +133,7 @@ class Hp3458aMeter:
             self._setup = None
             command = f"DCV {setup.range_v:g};NPLC {setup.nplc:g};NRDGS {setup.samples},AUTO"
             self._bus.send(self._address, command.encode("ascii"))
-        ways_out = WAYS_OUT if is_new else {}
-        function, range_v = self._ask(b"FUNC?", wire.parse_pair)
-        self._require(b"FUNC?", function, wire.DC_VOLTS, ANOTHER_SETTING)
-        self._require(b"FUNC?", range_v, setup.range_v, ways_out.get(b"FUNC?", ANOTHER_SETTING))
-        self._require_number(b"ARANGE?", 0)
-        for got, need in zip(self._ask(b"NRDGS?", wire.parse_pair), (setup.samples, Event.AUTO), strict=True):
-            self._require(b"NRDGS?", got, need, ANOTHER_SETTING)
-        self._require_number(b"NPLC?", setup.nplc, ways_out.get(b"NPLC?", ANOTHER_SETTING))
+        self._confirm_setup(setup, WAYS_OUT if is_new else {}, NOT_READ)
         self._setup = setup
 
     def burst(self, setup: Setup, wait: Wait) -> tuple[NDArray[np.float64], float]:
@@ -178,14 +172,14 @@ class Hp3458aMeter:
         return INTEGRATIONS_PER_READING * nplc / self._line_frequency_hz + OVERHEAD_S
 
     def require_undisturbed(self, setup: Setup, wait: Wait) -> None:
-        """Refuse a meter that met an error, lost power, has readings left or other inputs since it was set up.
+        """Refuse a meter that met an error, lost power, has readings left or anything set otherwise than before.
 
-        Raises: DeviceRefused, DeviceFault, DeviceSilent, and what ``wait`` raises.
+        What is asked before a burst is asked again. Raises: DeviceRefused, DeviceFault, DeviceSilent, and what
+        ``wait`` raises.
         """
         status = self._status_at_rest(self.reading_s(setup.nplc) + DATA_LIMIT_S, wait)
         if status & Status.ERROR:
-            words = ", ".join(text for _, text in self._errors())
-            raise DeviceRefused(f"{self.name}: meter: {words}; the burst is dropped; look at its display")
+            self._require_no_error()
         if status & self._power_on_sign:
             raise DeviceFault(
                 f"{self.name}: meter: it was switched off and on since it was set up; the burst is dropped;"
@@ -196,7 +190,10 @@ class Hp3458aMeter:
                 f"{self.name}: meter: it has readings left after the {setup.samples} that it was set to; the burst is"
                 f" dropped; {ANOTHER_SETTING}"
             )
-        self._inputs.require(self._selected(), "the burst is dropped")
+        self._quieten()
+        self._confirm_configuration(DROPPED)
+        self._confirm_setup(setup, {}, DROPPED)
+        self._require_no_error()
 
     def temperature_degc(self) -> float:
         return self._ask(b"TEMP?", wire.parse_number)
@@ -282,7 +279,7 @@ class Hp3458aMeter:
         self._bus.send(self._address, b"END ALWAYS")
         self._bus.send(self._address, CONFIGURATION)
         self._bus.send(self._address, b"LFREQ %d" % self._line_frequency_hz)
-        self._confirm_configuration()
+        self._confirm_configuration(NOT_READ)
         if errors := self._errors():
             words = ", ".join(text for _, text in errors)
             raise DeviceRefused(f"{self.name}: meter: configuration: {words}; it is not set up; look at its display")
@@ -291,21 +288,42 @@ class Hp3458aMeter:
     def _selected(self) -> Inputs:
         return self._ask(b"TERM?", wire.parse_terminals)
 
-    def _confirm_configuration(self) -> None:
-        self._inputs.require(self._selected(), "no reading is taken")
+    def _quieten(self) -> None:
+        """Let it answer what it is asked, whoever had it before.
+
+        One that lost its power or was reset runs free without EOI: nothing that it sends would end.
+        """
+        self._bus.send(self._address, b"END ALWAYS;TARM HOLD")
+
+    def _confirm_configuration(self, outcome: str) -> None:
+        self._inputs.require(self._selected(), outcome)
         for query, need in {**CONFIRMED, b"LFREQ?": self._line_frequency_hz}.items():
-            self._require_number(query, need)
-        self._require(b"MATH?", self._ask(b"MATH?", wire.parse_operations), 0, ANOTHER_SETTING)
+            self._require_number(query, need, outcome)
+        self._require(b"MATH?", self._ask(b"MATH?", wire.parse_operations), 0, outcome)
 
-    def _require_number(self, query: bytes, need: float, way_out: str = ANOTHER_SETTING) -> None:
-        self._require(query, self._ask(query, wire.parse_number), need, way_out)
+    def _confirm_setup(self, setup: Setup, ways_out: Mapping[bytes, str], outcome: str) -> None:
+        function, range_v = self._ask(b"FUNC?", wire.parse_pair)
+        self._require(b"FUNC?", function, wire.DC_VOLTS, outcome)
+        self._require(b"FUNC?", range_v, setup.range_v, outcome, ways_out.get(b"FUNC?", ANOTHER_SETTING))
+        self._require_number(b"ARANGE?", 0, outcome)
+        for got, need in zip(self._ask(b"NRDGS?", wire.parse_pair), (setup.samples, Event.AUTO), strict=True):
+            self._require(b"NRDGS?", got, need, outcome)
+        self._require_number(b"NPLC?", setup.nplc, outcome, ways_out.get(b"NPLC?", ANOTHER_SETTING))
 
-    def _require(self, query: bytes, got: float, need: float, way_out: str) -> None:
+    def _require_number(self, query: bytes, need: float, outcome: str, way_out: str = ANOTHER_SETTING) -> None:
+        self._require(query, self._ask(query, wire.parse_number), need, outcome, way_out)
+
+    def _require(self, query: bytes, got: float, need: float, outcome: str, way_out: str = ANOTHER_SETTING) -> None:
         if abs(got - need) > READ_BACK_TOLERANCE * abs(need):
             raise DeviceRefused(
-                f"{self.name}: meter: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; no reading"
-                f" is taken; {way_out}"
+                f"{self.name}: meter: {query.decode('ascii')} reads back {got:g}, it was set to {need:g}; {outcome};"
+                f" {way_out}"
             )
+
+    def _require_no_error(self) -> None:
+        if errors := self._errors():
+            words = ", ".join(text for _, text in errors)
+            raise DeviceRefused(f"{self.name}: meter: {words}; the burst is dropped; look at its display")
 
     def _clear_earlier_errors(self) -> None:
         """Empty the meter's registers; refused only where what they held speaks of the meter itself."""

@@ -10,10 +10,12 @@ from rig.drivers.wired_checks import known_voltages, wired_checks
 from rig.errors import DescriptionError
 from rig.lines.open_lines import Lines
 from rig.link.gpib import parse_resource
-from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
+from rig.twins.hp3458a import Hp3458aTwin
 from rig.twins.hp3488a import Hp3488aTwin
+from rig.twins.physics.known_voltages import OUTPUT_OHM
 from rig.twins.physics.world import World
 from rig.twins.prologix import GpibInstrument, PrologixTwin
+from rig.twins.scanned_input import ScannedInput
 from rig.twins.twin import Twin
 from rig.wire import hp3458a as meter_wire
 from rig.wire import hp3488a as scanner_wire
@@ -35,7 +37,7 @@ def _twin(name: str, settings: Hp3458aSettings, world: World) -> tuple[Twin, str
     source = known_voltages(name, settings.checks, world)
     fitting = {slot: scanner_wire.cards_for(numbers)[0] for slot, numbers in scanner_wire.by_slot(wiring).items()}
     scanner = Hp3488aTwin(fitting | card_of_slot(settings.cards))
-    twin = Hp3458aTwin(ScannedInput(source, scanner, wiring))
+    twin = Hp3458aTwin(ScannedInput(source, scanner, wiring, {**world.output_ohm, **OUTPUT_OHM}))
     twin.inside_degc = source.inside_degc
     twin.is_front = settings.terminals != "rear"
     instruments: dict[int, GpibInstrument] = {

@@ -14,8 +14,6 @@ import re
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 
-from rig.twins.hp3488a import Hp3488aTwin
-from rig.twins.physics.known_voltages import VoltageSource
 from rig.wire import hp3458a as wire
 from rig.wire.hp3458a import End, Event, Status
 
@@ -73,20 +71,6 @@ PRESET_NORM: Mapping[str, float] = {
 }
 
 _COMMAND = re.compile(r"([A-Z]+\??)\s*(.*)")
-
-
-class ScannedInput:
-    """What the scanner connects to the meter's terminals: nothing (0 V) unless exactly one wired channel is closed."""
-
-    def __init__(self, source: VoltageSource, scanner: Hp3488aTwin, wiring: Mapping[int, str]) -> None:
-        self._source = source
-        self._scanner = scanner
-        self._wiring = dict(wiring)
-
-    def __call__(self, now_s: float) -> float:
-        closed = self._scanner.only_closed()
-        channel = self._wiring.get(closed) if closed is not None else None
-        return 0.0 if channel is None else self._source.read_voltage_v(channel, now_s)
 
 
 class Hp3458aTwin:

@@ -1,6 +1,7 @@
-"""The twin of an HP 3488A scanner: latching relays that take a moment to move.
+"""The twin of an HP 3488A scanner: latching relays that take a moment to move, several closed at a time if told so.
 
-Source: HP 3488A operating manual as used by gpib-utils' hp3488 (answers of ID?, VIEW, CTYPE, ERROR; status byte).
+Source: HP 3488A operating manual as used by gpib-utils' hp3488 (answers of ID?, VIEW, CTYPE, ERROR; status byte);
+3499A user's manual p. 230 (44470A: "multiple channels closed at the same time").
 """
 
 import re
@@ -20,6 +21,10 @@ class Hp3488aTwin:
 
     def __init__(self, cards: Mapping[int, str] | None = None) -> None:
         self._cards = dict(cards) if cards is not None else {1: "44470"}
+        self.missing: dict[int, frozenset[int]] = {}
+        """Slot to channels that a 44471 lacks, as a 44476 and a 44477 do, which call themselves so."""
+        self.welded: set[int] = set()
+        """Contacts that stay closed whatever their relay is told: that VIEW sees contacts is stated nowhere."""
         self._closed: set[int] = set()
         self._errors = 0
         self._reply = b""
@@ -37,15 +42,8 @@ class Hp3488aTwin:
         }
 
     def closed_channels(self) -> frozenset[int]:
-        """Return which relays are closed: what is connected to the meter."""
-        return frozenset(self._closed)
-
-    def only_closed(self) -> int | None:
-        """Return the closed channel when there is exactly one."""
-        if len(self._closed) != 1:
-            return None
-        (channel,) = self._closed
-        return channel
+        """Return whose contacts are closed: what is connected to the meter."""
+        return frozenset(self._closed | self.welded)
 
     def listen(self, message: bytes, now_s: float) -> float:
         for text in message.decode("latin-1").upper().replace(";", "\n").split("\n"):
@@ -113,12 +111,14 @@ class Hp3488aTwin:
     def _channels(self, argument: str) -> list[int]:
         """Return the channels named; none and an error bit when one of them does not exist."""
         numbers = [int(number) for number in argument.split(",") if number.strip().isdigit()]
-        if not numbers or not all(
-            wire.has_channel(self._cards.get(wire.slot_of(number), ""), number) for number in numbers
-        ):
+        if not numbers or not all(map(self._has_relay, numbers)):
             self._errors |= 2
             return []
         return numbers
+
+    def _has_relay(self, number: int) -> bool:
+        slot = wire.slot_of(number)
+        return wire.has_channel(self._cards.get(slot, ""), number) and number % 100 not in self.missing.get(slot, ())
 
     def _say(self, text: bytes) -> None:
         self._reply = text + b"\r\n"

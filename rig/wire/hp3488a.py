@@ -1,9 +1,10 @@
 """HP 3488A switch and control unit: its command words and lines.
 
 A channel is the slot (1 to 5) and two digits. There is no query that names all closed channels: ``VIEW`` tells the
-state of one. Relays latch; a device clear opens them all. Commands carry no answer; a serial poll tells ready.
+state of one. Relays latch, and ``CLOSE`` opens no other; ``CRESET`` opens those of one card, a device clear those of
+all. Commands carry no answer; a serial poll tells ready.
 
-Source: HP 3488A operating manual as used by gpib-utils' hp3488.
+Source: HP 3488A operating manual as used by gpib-utils' hp3488; docs/devices/hp3488a.md.
 """
 
 import re
@@ -38,6 +39,10 @@ SWITCHED_BY: Mapping[str, frozenset[int]] = {
     "44472": frozenset((0, 1, 2, 3, 10, 11, 12, 13)),  # VHF switch
 }
 """Card to the channels (without the slot) that can connect an input to the meter."""
+NAMED_ALIKE: Mapping[str, tuple[frozenset[int], ...]] = {
+    "44471": (_DECADE, frozenset(range(7)), frozenset(range(4))),  # 44471, 44477, 44476
+}
+"""Answer to ``CTYPE`` that several cards give, to the channels that each of them has."""
 
 _VIEW = re.compile(rb"(?:(CLOSED) {1,3}0|OPEN {1,3}1) *")
 _CARD = re.compile(rb"[ -~]{11}([0-9]{5})[ -~]*")
@@ -60,6 +65,10 @@ def card_type(slot: int) -> bytes:
     return b"CTYPE %d" % slot
 
 
+def reset_card(slot: int) -> bytes:
+    return b"CRESET %d" % slot
+
+
 def slot_of(channel: int) -> int:
     return channel // 100
 
@@ -75,6 +84,11 @@ def by_slot(channels: Iterable[int]) -> dict[int, list[int]]:
 def has_channel(card: str, channel: int) -> bool:
     """Return whether a card of that model has the channel (slot and two digits)."""
     return channel % 100 in SWITCHED_BY.get(card, frozenset())
+
+
+def channels_of(slot: int, card: str) -> list[int]:
+    """Return all channels (with the slot) of a card of that model, none where it connects nothing to a meter."""
+    return [100 * slot + number for number in sorted(SWITCHED_BY.get(card, frozenset()))]
 
 
 def cards_for(channels: Iterable[int]) -> list[str]:

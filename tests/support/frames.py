@@ -263,6 +263,7 @@ ENCODED = (
     Encoded("hp3458a.format_reading", hp3458a.format_reading(1.00000012), b" 1.000000120E+00\r\n", METER),
     Encoded("hp3488a.card_type", hp3488a.card_type(1), b"CTYPE 1", SCANNER),
     Encoded("hp3488a.close", hp3488a.close(101), b"CLOSE 101", SCANNER),
+    Encoded("hp3488a.reset_card", hp3488a.reset_card(1), b"CRESET 1", SCANNER),
     Encoded("hp3488a.open_channel", hp3488a.open_channel(101), b"OPEN 101", SCANNER),
     Encoded("hp3488a.view", hp3488a.view(101), b"VIEW 101", SCANNER),
     Encoded("indexing_table.TableCodec.encode_command", TABLE.encode_command(Move(1, 10.0)), b"1 MOVE +010.0000\r\n",

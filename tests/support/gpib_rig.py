@@ -9,9 +9,10 @@ from rig.devices.hp3458a import Hp3458aReadout, Hp3458aSettings
 from rig.link.faults import FaultScript
 from rig.link.memory import MemoryStream
 from rig.link.prologix import PrologixBus
-from rig.twins.hp3458a import Hp3458aTwin, ScannedInput
+from rig.twins.hp3458a import Hp3458aTwin
 from rig.twins.hp3488a import Hp3488aTwin
 from rig.twins.prologix import PrologixTwin
+from rig.twins.scanned_input import ScannedInput
 
 WIRING = {101: "dmm.x", 102: "dmm.y", 103: "dmm.z"}
 LEVEL_V = {"dmm.x": 1.0, "dmm.y": -2.0, "dmm.z": 3.0}
@@ -55,10 +56,15 @@ def virtual_clock() -> VirtualClock:
     return VirtualClock(datetime(2024, 3, 1, tzinfo=UTC))
 
 
-def gpib_rig(source: Callable[[float], float] | None = None, wiring: dict[int, str] | None = None) -> GpibRig:
+def gpib_rig(
+    source: Callable[[float], float] | None = None,
+    wiring: dict[int, str] | None = None,
+    cards: dict[int, str] | None = None,
+    output_ohm: dict[str, float] | None = None,
+) -> GpibRig:
     """All twins joined; ``source`` replaces the scanned inputs by one function of rig time."""
-    bench, clock, scanner = Bench(), virtual_clock(), Hp3488aTwin()
-    meter = Hp3458aTwin(source or ScannedInput(bench, scanner, wiring or WIRING))
+    bench, clock, scanner = Bench(), virtual_clock(), Hp3488aTwin(cards)
+    meter = Hp3458aTwin(source or ScannedInput(bench, scanner, wiring or WIRING, output_ohm or {}))
     adapter = PrologixTwin({22: meter, 9: scanner})
     faults = FaultScript()
     return GpibRig(bench, clock, scanner, meter, adapter, faults, MemoryStream(adapter, clock, "memory", faults))

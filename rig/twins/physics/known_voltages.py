@@ -1,5 +1,6 @@
 """What a meter meets in the twins' world: voltages, and for its checks a short, a reference and its own warmth."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -7,6 +8,8 @@ from rig.description.twin_truth import TwinReadout
 
 SHORT, REFERENCE = "checks:short", "checks:reference"
 """Channels of no sensor: a name with a colon is never one."""
+OUTPUT_OHM: Mapping[str, float] = {SHORT: 0.01, REFERENCE: 0.1}
+"""What each has for resistance, an assumption."""
 _H_S = 3600.0
 
 

@@ -103,6 +103,12 @@ class World:
         thermometers = (sensor.temperature for sensor in description.sensors.values())
         self._thermometers = {thermometer.channel: thermometer for thermometer in thermometers if thermometer}
         self._chains = ChainTruth(description)
+        self.output_ohm = {
+            channel: chain.load_resistor_ohm
+            for channel, chain in description.chain.items()
+            if chain.load_resistor_ohm is not None
+        }
+        """By channel: a sensor that makes a current has its load resistor for the resistance of its output."""
         self._steady_v: dict[str, float] = {}
         self._last_sensed: tuple[tuple[str, str, bool, float], Vector] | None = None
         self._noise_v = {channel: sensor.noise_v for channel, sensor in self._sensors.items()}

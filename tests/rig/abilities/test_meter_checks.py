@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from rig.abilities.self_checking import SelfChecking
 from rig.devices.hp3458a import Hp3458aChecks, Hp3458aReadout
 from rig.errors import DeviceFault, WaitEnded
+from rig.twins.physics.known_voltages import OUTPUT_OHM, REFERENCE, SHORT
 
 SHORT_V, REFERENCE_V = 2e-6, 10.00003
 CHECKS = {"short_scanner": 5, "short_limit_v": 2e-5, "reference_scanner": 6, "reference_v": 10.0}
@@ -23,7 +24,8 @@ DAQ_CHECKS = {"short_channel": 210, "short_limit_v": 2e-5, "reference_channel": 
 
 
 def _meter() -> GpibRig:
-    rig = gpib_rig(wiring={**WIRING, 105: "short", 106: "reference"})
+    ohm = {"short": OUTPUT_OHM[SHORT], "reference": OUTPUT_OHM[REFERENCE]}
+    rig = gpib_rig(wiring={**WIRING, 105: "short", 106: "reference"}, output_ohm=ohm)
     rig.bench.level_v |= {"short": SHORT_V, "reference": REFERENCE_V}
     return rig
 
@@ -45,7 +47,7 @@ def test_short_and_reference_are_read_on_the_ranges_in_use() -> None:
     assert all(proof.is_good for proof in look.proofs)
     assert (look.temperature_degc, look.is_calibrated_anew) == (36.4, False)
     assert [channel for channel, _ in rig.bench.readings] == ["short"] * 8 + ["reference"] * 4
-    assert rig.scanner.only_closed() == 106
+    assert rig.scanner.closed_channels() == {106}
 
 
 def test_a_range_that_reads_wrong_is_no_good_proof() -> None:
@@ -55,6 +57,17 @@ def test_a_range_that_reads_wrong_is_no_good_proof() -> None:
     assert [proof.is_good for proof in look.proofs] == [True, False]
     rig.bench.level_v["short"] = 50.0  # overloaded on 10 V
     assert not rig.prepared(checks={**CHECKS}).check_itself(rig.wait).proofs[0].is_good
+
+
+@pytest.mark.parametrize(("level_v", "is_seen"), [(-2.0, True), (0.5, True), (0.001, False)])
+def test_a_contact_that_is_welded_shows_at_the_short_though_no_query_shows_it(level_v: float, is_seen: bool) -> None:
+    # Behind 100 ohm and its contacts it drives level / 101 ohm through the 0.51 ohm of the short's branch.
+    rig = _meter()
+    rig.bench.level_v |= {"dmm.y": level_v, "short": 0.0}
+    rig.scanner.welded.add(102)
+    (short, _) = rig.prepared(checks=CHECKS).check_itself(rig.wait).proofs
+    assert short.value_v == pytest.approx(level_v * 0.51 / 101.01, abs=2e-5)
+    assert short.is_good is not is_seen
 
 
 def test_without_a_limit_a_reading_is_recorded_and_not_judged() -> None:
@@ -97,18 +110,18 @@ def test_every_relay_is_open_while_the_meter_calibrates_itself() -> None:
     rig = _meter()
     readout = _calibrating(rig)
     readout.read("dmm.x", 1, rig.wait)
-    closed: list[int | None] = []
+    closed: list[frozenset[int]] = []
     heard = rig.meter.listen
 
     def listen(message: bytes, now_s: float) -> float:
         if message.startswith(b"ACAL"):
-            closed.append(rig.scanner.only_closed())
+            closed.append(rig.scanner.closed_channels())
         return heard(message, now_s)
 
     rig.meter.listen = listen
     began_s = rig.clock.monotonic_s()
     readout.check_itself(rig.wait)
-    assert closed == [None]
+    assert closed == [frozenset()]
     assert 165.0 <= rig.clock.monotonic_s() - began_s < 170.0
     assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
 

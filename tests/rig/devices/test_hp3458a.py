@@ -141,6 +141,26 @@ def test_an_open_relay_behind_our_back_voids_the_burst() -> None:
     assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.parametrize("command", [b"CLOSE 102", b"CLOSE 107"])
+@pytest.mark.parametrize("when", ["before", "within"])
+def test_two_closed_relays_are_no_reading(command: bytes, when: str) -> None:
+    rig = gpib_rig()
+    readout = rig.prepared()
+    readout.read("dmm.x", 1, rig.wait)
+    taken = len(rig.bench.readings)
+
+    def wait(duration_s: float) -> None:
+        rig.wait(duration_s)
+        if rig.bench.readings[taken:]:  # once the first reading is there
+            rig.scanner.listen(command, rig.clock.monotonic_s())
+
+    if when == "before":
+        rig.scanner.listen(command, rig.clock.monotonic_s())
+    with pytest.raises(DeviceFault, match="need open beside 101: the meter is on both and reads a mixture"):
+        readout.read("dmm.x", 3, rig.wait if when == "before" else wait)
+    assert readout.read("dmm.x", 1, rig.wait).samples[0] == pytest.approx(1.0, abs=1e-4)
+
+
 def test_a_relay_that_sticks_is_seen_before_the_next_is_closed() -> None:
     rig = gpib_rig()
     readout = rig.prepared()
@@ -249,6 +269,40 @@ def test_what_another_hand_sets_between_two_equal_bursts_is_noticed(command: byt
     burst = readout.read("dmm.x", 4, rig.wait)  # all sent anew
     assert burst.samples == pytest.approx(1.0, abs=1e-4)
     assert burst.interval_s == pytest.approx(0.4, abs=0.002)
+
+
+@pytest.mark.parametrize(
+    ("command", "found"),
+    [
+        (b"NPLC 1", r"NPLC\? reads back 1, it was set to 10"),
+        (b"AZERO OFF", r"AZERO\? reads back 0, it was set to 1"),
+        (b"FIXEDZ ON", r"FIXEDZ\? reads back 1, it was set to 0"),
+        (b"DCV 100", r"FUNC\? reads back 100, it was set to 10"),
+        (b"ARANGE ON", r"FUNC\? reads back 1, it was set to 10"),  # and the range follows the next reading
+        (b"OHM 1E3", r"FUNC\? reads back 4, it was set to 1"),
+        (b"MATH NULL", r"MATH\? reads back 7, it was set to 0"),
+        (b"RATIO ON", r"RATIO\? reads back 1, it was set to 0"),
+        (b"TRIG SYN", r"TRIG\? reads back 5, it was set to 1"),
+        (b"LFREQ 60", r"LFREQ\? reads back 60, it was set to 50"),
+        (b"NONSENSE", "SYNTAX ERROR"),
+    ],
+)
+def test_what_another_hand_sets_within_a_burst_voids_it(command: bytes, found: str) -> None:
+    rig = gpib_rig()
+    readout = rig.prepared(nplc=10)
+    readout.read("dmm.x", 4, rig.wait)
+    taken, hands = len(rig.bench.readings), [command]
+
+    def wait(duration_s: float) -> None:
+        rig.wait(duration_s)
+        if hands and len(rig.bench.readings) == taken + 3:  # one reading is left
+            rig.meter.listen(hands.pop(), rig.clock.monotonic_s())
+
+    with pytest.raises(DeviceRefused, match=found + "; the burst is dropped"):
+        readout.read("dmm.x", 4, wait)
+    assert not hands
+    burst = readout.read("dmm.x", 4, rig.wait)  # all sent anew
+    assert burst.samples == pytest.approx(1.0, abs=1e-4)
 
 
 @pytest.mark.parametrize("declared", ["rear", None])
@@ -402,11 +456,19 @@ def test_a_range_that_the_meter_has_not_is_refused_in_the_file(range_v: float) -
 
 
 def _first_reading(rig: GpibRig, readout: Hp3458aReadout, samples: int) -> int:
-    """Return which reply the first reading of the next burst will be: behind them come VIEW, status and TERM? alone."""
+    """Return which reply the first reading of the next burst will be: that behind ``TARM SGL``, as in an equal one."""
     readout.read("dmm.x", samples, rig.wait)
-    before = rig.faults.taken
+    before, listen, triggered = rig.faults.taken, rig.meter.listen, []
+
+    def watched(message: bytes, now_s: float) -> float:
+        if b"TARM SGL" in message:
+            triggered.append(rig.faults.taken)
+        return listen(message, now_s)
+
+    rig.meter.listen = watched  # type: ignore[method-assign]
     readout.read("dmm.x", samples, rig.wait)
-    return 2 * rig.faults.taken - before - samples - 3
+    rig.meter.listen = listen  # type: ignore[method-assign]
+    return rig.faults.taken + triggered[0] - before
 
 
 def test_a_cut_reading_is_not_a_smaller_number() -> None:

@@ -199,6 +199,6 @@ def test_a_channel_that_the_card_of_its_slot_lacks_is_refused_with_the_file(
 def test_a_card_that_is_not_the_one_of_the_file_is_refused_before_anything_is_switched() -> None:
     rig = gpib_rig()
     readout = rig.readout(cards={"1": "44471"})
-    with pytest.raises(DeviceRefused, match=r"slot 1 of the scanner has a 44470, the rig file says 44471 .*are open"):
+    with pytest.raises(DeviceRefused, match=r"has a 44470, the rig file says 44471 .*nothing was switched"):
         readout.prepare()
     assert not rig.scanner.closed_channels()
