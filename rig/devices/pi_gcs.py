@@ -3,7 +3,8 @@
 Commands are silent, so ``ERR?`` is asked behind each; it keeps one error only. A stage is homed by its own word
 (``FRF?``), and its motor is on (``SVO?``): a motion error switches it off, which is a fault. The unit is the stage's
 own parameter and must be degrees: the same command turns a stage by degrees and drives another by millimetres. Its
-zero must be that of its reference: another program may have put it elsewhere (``DFH?``).
+zero must be that of its reference: another program may have put it elsewhere (``DFH?``), or may be about to, where the
+axis is set to be told its position instead of finding it (``RON?``).
 
 Source: docs/devices/pi-gcs.md.
 """
@@ -73,8 +74,8 @@ class PiGcsAxis:
         self._axis = settings.named
         self._exchange, self._turn = exchange, turn
         self._is_prepared = False
-        self._knows_offset = True
-        """Until the controller says that ``DFH?`` is no command of its own."""
+        self._unknown: set[str] = set()
+        """Questions that the controller says are no commands of its own."""
 
     def identify(self) -> str:
         identity = self._ask(b"*IDN?\n", wire.parse_identity)
@@ -99,6 +100,7 @@ class PiGcsAxis:
         if self._settings.reference == "none":
             self._require_unmoved_zero()
         else:
+            self._require_search()
             start_once(lambda: self._do(self._settings.reference), self._is_moving)
 
     def state(self) -> AxisState:
@@ -158,27 +160,38 @@ class PiGcsAxis:
 
     def _require_unmoved_zero(self) -> None:
         """See that nobody made another angle the zero: every angle would be off by it. Raises: DeviceRefused."""
-        offset_deg = self._offset_deg()
+        has_reference = self._settings.reference != "none"
+        offset_deg = self._answered_if_known(lambda: self._number("DFH?"), "DFH?", 0.0)
         if abs(offset_deg) > _SAME_ANGLE_DEG:
-            has_reference = self._settings.reference != "none"
             way_out = "home the axis anew, or restart the controller" if has_reference else "restart the controller"
             raise DeviceRefused(
                 f"{self.name}: another program put the zero of axis {self._axis} at {offset_deg:g}° (DFH?), need 0:"
                 f" every angle is off by it; nothing moved; {way_out}"
             )
+        if has_reference:
+            self._require_search()
 
-    def _offset_deg(self) -> float:
-        """Return where ``DFH`` put the zero; 0 of a controller that has no such command: ``ERR?`` says so."""
-        if not self._knows_offset:
-            return 0.0
+    def _require_search(self) -> None:
+        """See that the axis finds its reference and is not told where it is. Raises: DeviceRefused."""
+        if not self._answered_if_known(lambda: self._flag("RON?"), "RON?", True):
+            raise DeviceRefused(
+                f"{self.name}: another program set axis {self._axis} to be told its position (RON? 0), need 1: any"
+                " place may have been called any angle since it was homed (POS); nothing moved; send"
+                f" RON {self._axis} 1 by the controller's own program, then home the axis anew"
+            )
+
+    def _answered_if_known(self, ask: Callable[[], Reply], query: str, otherwise: Reply) -> Reply:
+        """Return the answer, ``otherwise`` of a controller without such a command: it is silent, ``ERR?`` says why."""
+        if query in self._unknown:
+            return otherwise
         with self._turn:
             try:
-                return self._number("DFH?")
+                return ask()
             except DeviceSilent:
                 if self._error() != wire.UNKNOWN_COMMAND:
                     raise
-        self._knows_offset = False
-        return 0.0
+        self._unknown.add(query)
+        return otherwise
 
     def _is_on_its_way(self, table_deg: float) -> bool:
         return self._is_moving() or abs(self._number("POS?") - table_deg) < _SAME_ANGLE_DEG

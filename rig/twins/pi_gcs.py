@@ -1,7 +1,7 @@
 """Twin of a GCS 2.0 controller with rotary stages: silent commands, one error kept, single bytes between the lines.
 
 It comes up with servos off and without a reference. Source: docs/devices/pi-gcs.md; the forms of ``*IDN?`` and of the
-unit are remembered there.
+unit are remembered there, and the error of a refused ``POS`` or ``FRF`` is an assumption.
 """
 
 from collections.abc import Mapping
@@ -26,9 +26,14 @@ class PiStage:
         self.unit = "DEG"
         self.zero_deg = 0.0
         """Where ``DFH`` put the zero; referencing and a restart put it back."""
+        self.preset_deg = 0.0
+        """By how much the place that ``POS`` called an angle is another one; referencing puts it back."""
+        self.finds_reference = True
+        """``RON``: false, it is told its position by ``POS`` and refuses a reference move."""
 
     def power_cycle(self, now_s: float) -> None:
-        self.zero_deg = 0.0
+        self.zero_deg = self.preset_deg = 0.0
+        self.finds_reference = True
         self.has_servo = False
         self.servo.power_cycle(now_s)
 
@@ -111,12 +116,13 @@ class PiGcsTwin:
     def _value(self, word: str, stage: PiStage, parameter: str, now_s: float) -> str | None:
         servo = stage.servo
         table = {
-            "POS?": wire.format_number(servo.position_deg(now_s) - stage.zero_deg),
+            "POS?": wire.format_number(servo.position_deg(now_s) - stage.preset_deg - stage.zero_deg),
             "DFH?": wire.format_number(stage.zero_deg),
             "VEL?": wire.format_number(servo.speed_dps),
             "TMN?": wire.format_number(TRAVEL_DEG[0]),
             "TMX?": wire.format_number(TRAVEL_DEG[1]),
             "SVO?": f"{stage.has_servo:d}",
+            "RON?": f"{stage.finds_reference:d}",
             "FRF?": f"{servo.is_homed(now_s):d}",
             "ONT?": f"{stage.has_servo and not servo.is_moving(now_s):d}",
         }
@@ -143,18 +149,24 @@ class PiGcsTwin:
                     return wire.VELOCITY
                 stage.servo.speed_dps = number
             case "FRF" | "FNL" | "FPL":
-                if not stage.has_servo:
+                if not (stage.has_servo and stage.finds_reference):
                     return wire.NOT_REFERENCED
-                stage.zero_deg = 0.0
+                stage.zero_deg = stage.preset_deg = 0.0
                 stage.servo.home(now_s)
             case "DFH":
-                stage.zero_deg = stage.servo.position_deg(now_s)
+                stage.zero_deg = stage.servo.position_deg(now_s) - stage.preset_deg
+            case "RON":
+                stage.finds_reference = bool(number)
+            case "POS":
+                if stage.finds_reference:
+                    return wire.NOT_REFERENCED
+                stage.preset_deg = stage.servo.position_deg(now_s) - stage.zero_deg - number
             case "MOV":
                 if not (stage.has_servo and stage.servo.is_homed(now_s)):
                     return wire.NOT_REFERENCED
                 if not TRAVEL_DEG[0] <= number <= TRAVEL_DEG[1]:
                     return wire.OUT_OF_LIMITS
-                stage.servo.move(number + stage.zero_deg, now_s)
+                stage.servo.move(number + stage.zero_deg + stage.preset_deg, now_s)
                 return wire.NO_ERROR
             case _:
                 return wire.UNKNOWN_COMMAND

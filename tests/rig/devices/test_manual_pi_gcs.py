@@ -162,17 +162,46 @@ def test_a_moved_zero_of_an_absolute_encoder_is_refused_until_the_controller_res
     assert _said(bench, b"DFH? 1\n") == b"1=0.000000\n"
 
 
-def test_a_controller_without_dfh_is_asked_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_axis_that_is_told_its_position_is_not_believed_until_it_is_homed_again() -> None:
+    # M863 p. 181: POS "Sets the current position of the axis (does not cause motion)", "It is only possible to set the
+    # current position with POS when the referencing method "0" is selected, see RON", and "An axis is considered to be
+    # "referenced" when the position has been set with POS".
+    bench = motion_bench("pi-gcs")
+    bench.home_all()
+    bench.pitch.start_move(30.0)
+    bench.clock.sleep(60.0)
+    assert _said(bench, b"POS 1 5.0\nPOS? 1\nRON? 1\n") == b"1=30.000000\n1=1\n"  # refused
+    assert _said(bench, b"RON 1 0\nPOS 1 5.0\nPOS? 1\nRON? 1\nFRF? 1\nDFH? 1\n") == (
+        b"1=5.000000\n1=0\n1=1\n1=0.000000\n"
+    )
+    with pytest.raises(DeviceRefused, match=r"axis 1 to be told its position \(RON\? 0\), need 1: .*nothing moved"):
+        bench.pitch.start_move(0.0)
+    with pytest.raises(
+        DeviceRefused, match=r"\(RON\? 0\), need 1: .*nothing moved; send RON 1 1 by the controller's own"
+    ):
+        bench.pitch.home()
+    bench.clock.sleep(60.0)
+    assert bench.true_deg == pytest.approx(30.0)
+    bench.axes["roll"].start_move(5.0)
+    _said(bench, b"RON 1 1\n")
+    bench.home_all()
+    bench.pitch.start_move(20.0)
+    bench.clock.sleep(60.0)
+    assert bench.true_deg == pytest.approx(20.0)
+
+
+@pytest.mark.parametrize("unknown", [{"DFH?"}, {"RON?"}])
+def test_what_a_controller_does_not_know_is_asked_once(monkeypatch: pytest.MonkeyPatch, unknown: set[str]) -> None:
     # M863 p. 207: error 2, unknown command; a question that is unknown is not answered.
     bench = motion_bench("pi-gcs")
     answer = bench.twin._value
-    monkeypatch.setattr(bench.twin, "_value", lambda word, *more: None if word == "DFH?" else answer(word, *more))
+    monkeypatch.setattr(bench.twin, "_value", lambda word, *more: None if word in unknown else answer(word, *more))
     bench.home_all()
     for target_deg in (5.0, 10.0):
         before_s = bench.clock.monotonic_s()
         bench.pitch.start_move(target_deg)
         waited_s = bench.clock.monotonic_s() - before_s
-        assert (waited_s > 1.0) == (target_deg == 5.0)
+        assert (waited_s > 1.0) == (target_deg == 5.0 and unknown == {"DFH?"})  # RON? was asked at home
         bench.clock.sleep(20.0)
         assert bench.true_deg == pytest.approx(target_deg)
 
