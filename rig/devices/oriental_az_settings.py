@@ -39,6 +39,8 @@ class OrientalAzSettings(rates.RevolvingSettings):
     """The drive's wrap function, which makes positions jump; None: it must be off, and the drive must say so."""
     electronic_gear: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]] | None = None
     """A and B that ``step_deg`` was reckoned with; the drive must have the same."""
+    motor_direction: Annotated[int, Field(ge=0, le=3)] | None = None
+    """The drive's parameter "motor rotation direction", with which its angles were seen to rise the right way."""
     watchdog_s: Annotated[float, Field(ge=2.0, le=wire.LONGEST_SILENCE_MS / 1000.0)] | None = None
     """Written to the driver's parameter "communication timeout" when a run begins; 0 is written when it ends."""
     watchdog_register: Annotated[int, Field(ge=0, le=0xFFFE)] = wire.SILENCE_MS
@@ -110,6 +112,12 @@ def _judged(name: str, settings: OrientalAzSettings, found: wire.Parameters) -> 
             f"{name}: the electronic gear is {gear[0]}/{gear[1]}, the rig file says {wanted[0]}/{wanted[1]}"
             f" (axes.{name}: electronic_gear, with which step_deg was reckoned); nothing moved; correct one"
         )
+    if settings.motor_direction not in (None, found.direction):
+        raise FileContradicted(
+            f"{name}: the driver's motor rotation direction is {found.direction}, the rig file says"
+            f" {settings.motor_direction} (axes.{name}: motor_direction): its angles may rise the other way; nothing"
+            " moved; see which way it turns with MEXE02, and set it back or correct the file"
+        )
     if found.limits is not None:
         ends = sorted(settings.attitude_deg(steps * settings.step_deg) for steps in found.limits)
         if ends[0] > settings.limits_deg[0] or ends[1] < settings.limits_deg[1]:
@@ -117,4 +125,4 @@ def _judged(name: str, settings: OrientalAzSettings, found: wire.Parameters) -> 
                 f"{name}: the driver's software limits allow {ends[0]:g} to {ends[1]:g}° only"
                 f" (axes.{name}: limits_deg); nothing moved; narrow the file's or widen the driver's"
             )
-    return f"gear {gear[0]}/{gear[1]}, wrap {'on' if found.wraps else 'off'}"
+    return f"gear {gear[0]}/{gear[1]}, direction {found.direction}, wrap {'on' if found.wraps else 'off'}"

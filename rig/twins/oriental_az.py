@@ -45,11 +45,13 @@ class OrientalAzRegisters:
         self._is_at_home = motor.is_homed
         """HOME-END: no operation started since the home was found."""
         self.has_signals = self.has_parameters = True
-        """Whether this firmware has the registers of the internal signals, and of gear, limits and wrap."""
+        """Whether this firmware has the registers of the internal signals, and of gear, direction, limits and wrap."""
         self.ignores_starts = False
         """A start is acknowledged and nothing happens."""
         self.wraps = False
         self.gear = (1, 1)
+        self.direction = 1
+        """Motor rotation direction, told only: the twin turns the same way whatever it is."""
         self.low_word_first = False
         """The drive's parameter "Byte & word order (Modbus)"."""
         self.software_limits: tuple[int, int] | None = None
@@ -130,7 +132,9 @@ class OrientalAzRegisters:
         words |= {wire.SIGNALS + index: word for index, word in enumerate(signals)}
         lower, upper = self.software_limits or (0, 0)
         overtravel = wire.NO_OVERTRAVEL if self.software_limits is None else 1
-        parameters = (*self.gear, 0, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
+        parameters = (
+            (*self.gear, self.direction, overtravel, upper, lower, 0, int(self.wraps)) if self.has_parameters else ()
+        )
         for index, value in enumerate(parameters):
             first = wire.PARAMETERS + 2 * index
             words[first], words[first + 1] = wire.words(value)

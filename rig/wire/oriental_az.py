@@ -51,6 +51,8 @@ class Parameters:
 
     gear: tuple[int, int]
     """Electronic gear, A and B."""
+    direction: int
+    """Motor rotation direction: which way counts upward, as the drive's own program numbers it."""
     limits: tuple[int, int] | None
     """Software limits in steps, None where overtravel is off."""
     wraps: bool
@@ -58,10 +60,10 @@ class Parameters:
 
 def parameters_of(values: Sequence[int]) -> Parameters:
     """Return the eight values from :data:`PARAMETERS` on. Raises: ValueError where the last is no switch."""
-    gear_a, gear_b, _, overtravel, upper, lower, _, wrap = values
+    gear_a, gear_b, direction, overtravel, upper, lower, _, wrap = values
     if wrap not in (0, 1):
         raise ValueError(f"{wrap} is neither on nor off")
-    return Parameters((gear_a, gear_b), None if overtravel == NO_OVERTRAVEL else (lower, upper), bool(wrap))
+    return Parameters((gear_a, gear_b), direction, None if overtravel == NO_OVERTRAVEL else (lower, upper), bool(wrap))
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,6 +80,7 @@ BY_NAME = {
     "resolution_deg": Trial(0.5),
     "wrap": Trial(True),
     "electronic_gear": Trial([2, 1]),
+    "motor_direction": Trial(0),
     "values": Trial("degf"),
     "port": Trial("socket://127.0.0.1:1"),
     "identity": Trial("no such device"),

@@ -148,14 +148,24 @@ def test_the_electronic_gear_is_told_and_compared() -> None:
         bench.pitch.identify()
 
 
-@pytest.mark.parametrize("change", [{"wraps": True}, {"gear": (10, 1)}])
+def test_the_direction_that_counts_upward_is_told_and_compared() -> None:
+    assert "direction 1" in motion_bench("oriental-az", motor_direction=1).pitch.identify()
+    bench = motion_bench("oriental-az", motor_direction=0)
+    with pytest.raises(
+        DeviceRefused, match=r"rotation direction is 1, the rig file says 0 \(axes\.pitch: motor_direction"
+    ):
+        bench.pitch.home()
+    assert bench.true_deg == 0.0
+
+
+@pytest.mark.parametrize("change", [{"wraps": True}, {"gear": (10, 1)}, {"direction": 0}])
 def test_what_somebody_sets_otherwise_during_a_run_is_found_before_the_next_start(change: dict[str, object]) -> None:
     bench = _homed()
     bench.pitch.start_move(5.0)
     bench.clock.sleep(60.0)
     for name, value in change.items():
         setattr(bench.twin.units[1], name, value)
-    with pytest.raises((DeviceRefused, DeviceFault), match=r"wrap function is on|gear 1/1, wrap off .* gear 10/1"):
+    with pytest.raises((DeviceRefused, DeviceFault), match=r"wrap function is on|gear 1/1, .* (gear 10/1|direction 0)"):
         bench.pitch.start_move(10.0)
     assert bench.true_deg == pytest.approx(5.0, abs=0.02)
 
