@@ -16,10 +16,11 @@ from typing import Annotated, Literal, TypeVar
 from pydantic import Field
 
 from rig.abilities.abilities import AxisState, StopStep
+from rig.abilities.home_preset import HomePresetSettings, require_preset
 from rig.abilities.machine_limits import require_travel
 from rig.abilities.starting import TAKEN_UP_S, see_taken_up, start_once
 from rig.abilities.targets import check_target, require_home
-from rig.description.device_settings import AxisSettings, Positive
+from rig.description.device_settings import Positive
 from rig.errors import DeviceFault, DeviceNonsense, DeviceRefused, DeviceSilent, FileContradicted, RequestRefused
 from rig.link.byte_stream import ByteStream
 from rig.link.exchange import Exchange, Patience
@@ -36,7 +37,7 @@ SWITCHED_OFF = "the motor was switched off, not by calrig"
 Reply = TypeVar("Reply")
 
 
-class Esp301Settings(AxisSettings):
+class Esp301Settings(HomePresetSettings):
     """``driver = "esp301"``."""
 
     driver: Literal["esp301"]
@@ -93,10 +94,7 @@ class Esp301Controller:
             return self._read_errors()
 
     def start(self, axis: int, *commands: Command) -> tuple[bool, list[ErrorRecord]]:
-        """Send once, as :meth:`command`, and return whether the axis rests, and the errors that came of it.
-
-        It is asked in the same line: one that is lost has no answer.
-        """
+        """Send once, as :meth:`command`, and return whether the axis rests, asked in the same line, and the errors."""
         with self.turn:
             self._file(self._read_errors())
             line = wire.encode(*commands, wire.ask("MD", axis))
@@ -204,13 +202,14 @@ class Esp301Axis:
         if state.fault:
             raise DeviceFault(f"{self.name}: move to {target_deg:g}°: {state.fault}; nothing moved")
         require_home(self.name, f"move to {target_deg:g}°", is_homed=state.is_homed)
-        self._require_degrees()
+        self._require_degrees_and_zero()
         self._pace()
         self._command(wire.set_value("PA", self._settings.axis, self._settings.table_deg(target_deg)))
 
     def home(self) -> None:
         """Switch the motor on and start the home search. Errors that were kept are forgotten."""
         self._verified()
+        self._require_zero()
         self._pace()
         self._controller.take_errors(self._settings.axis)
         self._fault, self._home = "", "none"
@@ -286,23 +285,21 @@ class Esp301Axis:
         return position_deg, False
 
     def _verified(self) -> tuple[float, float]:
-        """Return the controller's limits, table degrees.
+        """Return the controller's limits, table degrees, compared with the file when first asked, with all else.
 
-        They are compared with the file when first asked, with unit and scale.
-
-        Raises: RequestRefused.
+        Raises: RequestRefused, FileContradicted.
         """
         if self._travel_deg is None:
             number, controller = self._settings.axis, self._controller
-            self._require_degrees()
+            self._require_degrees_and_zero()
             travel_deg = controller.ask_number("SL", number), controller.ask_number("SR", number)
             low_deg, high_deg = (self._settings.attitude_deg(table_deg) for table_deg in travel_deg)
             require_travel(self.name, self.limits_deg, (low_deg, high_deg))
             self._travel_deg = travel_deg
         return self._travel_deg
 
-    def _require_degrees(self) -> None:
-        """Compare unit and scale with the file's, as before every start. Raises: RequestRefused, DeviceRefused."""
+    def _require_degrees_and_zero(self) -> None:
+        """Compare both with the file's, as before every start. Raises: RequestRefused, FileContradicted."""
         unit = self._controller.ask_number("SN", self._settings.axis)
         if unit != wire.DEGREES:
             raise RequestRefused(
@@ -310,6 +307,10 @@ class Esp301Axis:
                 " (degrees); nothing moved; set its unit to degrees, or correct the axis' number"
             )
         self._require_resolution(self._settings.axis)
+        self._require_zero()
+
+    def _require_zero(self) -> None:
+        require_preset(self.name, self._settings, self._controller.ask_number("SH", self._settings.axis), "SH", 0.0)
 
     def _require_resolution(self, number: int) -> None:
         need_deg = self._settings.resolution_deg

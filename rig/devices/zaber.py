@@ -15,6 +15,7 @@ from pydantic import Field
 
 from rig.abilities import rates
 from rig.abilities.abilities import AxisState, StopStep, TurnLook
+from rig.abilities.home_preset import HomePresetSettings, require_preset
 from rig.abilities.machine_limits import require_travel
 from rig.abilities.starting import start_once
 from rig.abilities.targets import check_target, nearest_step, require_home
@@ -33,7 +34,7 @@ _MOST_DATA = 2**31 - 1
 """Data of a command are whole numbers of 32 bits with a sign."""
 
 
-class ZaberSettings(rates.RevolvingSettings):
+class ZaberSettings(HomePresetSettings, rates.RevolvingSettings):
     """``driver = "zaber"``. ``axis`` is the device's number on its chain."""
 
     driver: Literal["zaber"]
@@ -116,7 +117,7 @@ class ZaberAxis:
     def identify(self) -> str:
         """Return who the stage says it is. Raises: DeviceSilent, DeviceNonsense, LinkLost."""
         names = ("deviceid", "system.serial", "version")
-        self._require_scale()
+        self._require_scale_and_zero()
         device_id, serial, version = (self._chain.ask(self._settings.axis, 0, f"get {name}").data for name in names)
         axis = f", axis {self._settings.device_axis}" if self._settings.device_axis > 1 else ""
         return f"Zaber device {device_id}, serial {serial}, firmware {version}, number {self._settings.axis}{axis}"
@@ -137,7 +138,7 @@ class ZaberAxis:
     def start_rate(self, rate_dps: float) -> None:
         self.check_rate(rate_dps)
         self._require_home(f"turn at {rate_dps:g} °/s")
-        self._require_scale()
+        self._require_scale_and_zero()
         self._start(f"move vel {self._velocity(self._settings.sign * rate_dps)}", lambda: False)
 
     def home(self) -> None:
@@ -177,11 +178,11 @@ class ZaberAxis:
         return wire.encode_command(Command(self._settings.axis, self._settings.device_axis, "stop"))
 
     def _prepare(self) -> None:
-        """Compare the stage's scale with the file's, and once its travel, and see the file's speed taken.
+        """Compare the stage's scale and zero with the file's, and once its travel, and see the file's speed taken.
 
         Raises: RequestRefused, DeviceFault, DeviceRefused.
         """
-        self._require_scale()
+        self._require_scale_and_zero()
         if self._is_prepared:
             return
         low, high = (self._whole(self._ask(f"get limit.{end}")) for end in ("min", "max"))
@@ -195,6 +196,16 @@ class ZaberAxis:
                 f" (axes.{self.name}: speed_dps); nothing moved; ask for a speed that the stage has"
             )
         self._is_prepared = True
+
+    def _require_scale_and_zero(self) -> None:
+        """Compare both with the file. Raises: FileContradicted."""
+        self._require_scale()
+        try:
+            preset = self._whole(self._ask("get limit.home.preset"))
+        except DeviceRefused:
+            return  # it has no home sensor
+        microstep_deg = self._settings.microstep_deg
+        require_preset(self.name, self._settings, preset * microstep_deg, "limit.home.preset", microstep_deg)
 
     def _require_scale(self) -> None:
         """``limit.cycle.dist`` is the one number on the device that proves degrees per microstep.

@@ -11,7 +11,10 @@ from rig.twins.twin import Twin
 
 
 def _twin(axes: Mapping[str, Esp301Settings], world: World, _time_factor: float) -> Twin:
-    return Esp301Twin(numbers(axes), world)
+    twin = Esp301Twin(numbers(axes), world)
+    for axis in axes.values():
+        twin.axes[axis.axis].preset_deg = axis.home_preset_deg
+    return twin
 
 
 DRIVER = Driver("esp301", axes=AxesDriver(Esp301Settings, on_one_line(esp301.connect), _twin))

@@ -17,7 +17,10 @@ def _twin(axes: Mapping[str, ZaberSettings], world: World, _time_factor: float) 
     }
     twin = ZaberTwin(stages, world)
     for axis in axes.values():  # a file that asks for no checksums is that of a stage which sends none
-        twin.axes[axis.line_address].settings["comm.checksum"] = int(axis.require_checksum)
+        twin.axes[axis.line_address].settings |= {
+            "comm.checksum": int(axis.require_checksum),
+            "limit.home.preset": round(axis.home_preset_deg / axis.microstep_deg),
+        }
     return twin
 
 

@@ -43,6 +43,8 @@ class Esp301Axis:
         self.unit = wire.DEGREES
         self.is_on = False
         self.resolution_deg = RESOLUTION_DEG
+        self.preset_deg = 0.0
+        """``SH``: what the counter becomes where a search ends."""
         self._home_deg = 0.0
         """Where ``DH`` put the zero."""
         self._number = number
@@ -67,6 +69,7 @@ class Esp301Axis:
             "SL": lambda: f"{self.low_deg:.{wire.DECIMALS}f}",
             "SR": lambda: f"{self.high_deg:.{wire.DECIMALS}f}",
             "SN": lambda: str(self.unit),
+            "SH": lambda: f"{self.preset_deg:.{wire.DECIMALS}f}",
         }
         return answers[command.letters]() if is_question and command.letters in answers else None
 
@@ -102,6 +105,8 @@ class Esp301Axis:
                 self.low_deg = value
             case "SR":
                 self.high_deg = value
+            case "SH":
+                self.preset_deg = value
             case "SN":
                 if value not in _UNITS:
                     return wire.OUT_OF_RANGE
@@ -132,7 +137,7 @@ class Esp301Axis:
         if not self.is_on:
             return self.error(wire.MOTOR_OFF)
         self._home_deg = 0.0
-        self.servo.home(now_s)
+        self.servo.home(now_s, self.preset_deg)
         return 0
 
     def _pace(self, letters: str, value: float) -> int:
@@ -244,7 +249,7 @@ class Esp301Twin:
         code = axis.set(command.letters, 0.0 if value is None else value, now_s) if value is not None else None
         if code is not None:
             return code
-        is_known = command.letters in ("PA", "PR", "OR", "VA", "AC", "SL", "SR", "SN")
+        is_known = command.letters in ("PA", "PR", "OR", "VA", "AC", "SL", "SR", "SN", "SH")
         if not is_known:
             return wire.COMMAND_UNKNOWN
         return wire.OUT_OF_RANGE if command.value else wire.PARAMETER_MISSING

@@ -51,6 +51,7 @@ class ZaberStage:
             "comm.alert": 0,
             "limit.min": -reach,
             "limit.max": reach,
+            "limit.home.preset": 0,
             "limit.cycle.dist": round(360.0 / stage.microstep_deg),
             "maxspeed": self._data(servo.speed_dps),
         }
@@ -71,7 +72,7 @@ class ZaberStage:
                 return self._set(name, value)
             case ["home"] | ["move", "home"]:
                 self._is_interrupted = False
-                self.servo.home(now_s)
+                self.servo.home(now_s, self.settings["limit.home.preset"] * self._stage.microstep_deg)
             case ["stop"] | ["estop"]:
                 self._is_interrupted = self.servo.is_moving(now_s)
                 self.servo.stop(now_s)

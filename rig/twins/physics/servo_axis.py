@@ -29,6 +29,7 @@ class ServoAxis:
         """True table angle minus read-back."""
         self._homed_from_s = -math.inf if is_homed else math.inf
         self._rest_from_s = -math.inf
+        self._home_reads_deg = 0.0
 
     def is_moving(self, now_s: float) -> bool:
         return now_s < self._rest_from_s
@@ -37,14 +38,14 @@ class ServoAxis:
         return now_s >= self._homed_from_s
 
     def position_deg(self, now_s: float) -> float:
-        return self._body.table_deg(now_s) - (0.0 if self.is_homed(now_s) else self._lost_deg)
+        return self._body.table_deg(now_s) - self._off_deg(now_s)
 
     def rate_dps(self, now_s: float) -> float:
         return self._body.rate_dps(now_s)
 
     def move(self, target_deg: float, now_s: float) -> None:
         """Go to a read-back; without a home that is somewhere else."""
-        self._ramp(target_deg + (0.0 if self.is_homed(now_s) else self._lost_deg), now_s)
+        self._ramp(target_deg + self._off_deg(now_s), now_s)
 
     def spin(self, rate_dps: float, now_s: float) -> None:
         """Turn at a rate until told otherwise."""
@@ -60,10 +61,14 @@ class ServoAxis:
             path = Runaway(path, now_s + errors.runaway_after_s, RUNAWAY_DPS2)
         self._follow(path)
 
-    def home(self, now_s: float) -> None:
-        """Run to the home; homed when it is reached. One that has a zero counts from it until then, as a drive does."""
+    def home(self, now_s: float, reads_deg: float = 0.0) -> None:
+        """Run to the home; homed when it is reached. One that has a zero counts from it until then, as a drive does.
+
+        ``reads_deg``: what its read-back is there from then on.
+        """
         if self.is_homed(now_s):
-            self._lost_deg = 0.0
+            self._lost_deg = self._off_deg(now_s)
+        self._home_reads_deg = reads_deg
         self._homed_from_s = math.inf
         self._ramp(0.0, now_s)
         self._rest_from_s = max(self._rest_from_s, now_s + SEARCH_S)
@@ -91,6 +96,10 @@ class ServoAxis:
             self._homed_from_s = math.inf
         if not is_absolute:
             self._lost_deg = here_deg
+
+    def _off_deg(self, now_s: float) -> float:
+        """Return true table angle minus read-back."""
+        return -self._home_reads_deg if self.is_homed(now_s) else self._lost_deg
 
     def _ramp(self, true_deg: float, now_s: float) -> None:
         path = Ramp(

@@ -91,7 +91,7 @@ def test_limits_of_the_controller_inside_those_of_the_file_are_refused() -> None
 def test_a_speed_that_is_not_taken_is_a_fault() -> None:
     bench = motion_bench("esp301")
     bench.pitch.state()
-    found = bench.faults.taken + 2  # TB? before, TB? after, then VA?
+    found = bench.faults.taken + 3  # SH?, TB? before, TB? after, then VA?
     bench.faults.reads = {found: faults.replace(b"3.000000\r\n")}
     with pytest.raises(DeviceFault, match="speed 5 °/s was sent, but reads back 3 °/s"):
         bench.pitch.home()
@@ -105,8 +105,8 @@ def test_a_move_is_sent_once_even_if_the_queue_cannot_be_read() -> None:
     sent: list[bytes] = []
     receive = bench.twin.receive
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    # State (five questions), the unit and the queue before the command are answered, nothing after it.
-    bench.faults.reads = dict.fromkeys(range(bench.faults.taken + 7, bench.faults.taken + 60), faults.drop)
+    # State (five questions), unit, zero and the queue before the command are answered, nothing after it.
+    bench.faults.reads = dict.fromkeys(range(bench.faults.taken + 8, bench.faults.taken + 60), faults.drop)
     with pytest.raises(DeviceSilent):
         bench.pitch.start_move(30.0)
     assert sent.count(b"1PA30.000000\r") == 1

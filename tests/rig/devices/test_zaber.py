@@ -77,7 +77,7 @@ def test_a_lost_acknowledgement_is_settled_by_asking_not_by_sending_again() -> N
     sent: list[bytes] = []
     receive = bench.twin.receive
     bench.twin.receive = lambda data, now_s: (sent.append(data), receive(data, now_s))
-    bench.faults.reads = {bench.faults.taken + 3: faults.drop}  # position, reference, scale; the start
+    bench.faults.reads = {bench.faults.taken + 4: faults.drop}  # position, reference, scale, zero; the start
     bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
     assert bench.pitch.state().position_deg == pytest.approx(40.0, abs=2e-4)
@@ -88,7 +88,7 @@ def test_a_lost_start_is_an_error_and_nothing_moves() -> None:
     bench = motion_bench("zaber")
     bench.home_all()
     bench.pitch.start_move(0.0)
-    bench.faults.writes = {bench.faults.written + 3: faults.drop}
+    bench.faults.writes = {bench.faults.written + 4: faults.drop}  # position, reference, scale, zero
     with pytest.raises(DeviceSilent, match="move abs"):
         bench.pitch.start_move(40.0)
     bench.clock.sleep(100.0)
