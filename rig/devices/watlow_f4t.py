@@ -41,6 +41,8 @@ RUNNING = {149: "runs", 146: "is held", 1783: "waits for its start time"}
 SMALLEST = 1e-6
 """Degrees nearer to zero than this, but not zero, are words in the wrong order."""
 ALARM_STATE, ALARM, MOST_ALARMS = 1356, 100, 6
+STATUS, FINE, FAILED = 90, 138, 32
+"""Device status: "OK (138)", "Fail (32)" (user's guide p. 225)."""
 NO_ALARM = frozenset({88, 61, 12})
 """By the chamber maker's library; in which alarm it is, is not told by any source that was read."""
 RTU_GAP_S = 0.03
@@ -124,8 +126,12 @@ class WatlowF4T:
         return degc
 
     def alarms(self) -> tuple[str, ...]:
-        """Ask alarm by alarm, as far as this controller has registers for them."""
+        """Ask for the controller's own status, then alarm by alarm, as far as it has registers for them."""
         found: list[str] = []
+        status = self._if_there(STATUS)
+        if status not in (None, FINE):
+            word = "that it has failed" if status == FAILED else "an unknown status"
+            found.append(f"{word} (register {STATUS} reads {status})")
         for number in range(1, MOST_ALARMS + 1):
             register = ALARM_STATE + ALARM * (number - 1)
             code = self._if_there(register)

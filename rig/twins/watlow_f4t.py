@@ -1,7 +1,7 @@
 """Twin of a Watlow F4T chamber controller: floats in two registers each, an environment of the world behind loop n.
 
 Source: F4T manual, Modbus appendix (loop 1: 2782 set point, 2820 process value, 2774 and 2776 set point limits, 2730
-and 2814 control mode; loop n is 160 further on; low word first by default).
+and 2814 control mode, 90 device status; loop n is 160 further on; low word first by default).
 """
 
 import struct
@@ -17,6 +17,7 @@ AUTO, MANUAL, OFF = 10, 54, 62
 CHANNEL_UNITS, CELSIUS, FAHRENHEIT = (14080, 6730), 15, 30
 PROFILE, NOT_STARTED = 16568, 251
 ALARM_STATE, NO_ALARM = 1356, 61
+STATUS, STATUS_OK = 90, 138
 
 
 class Chamber(Protocol):
@@ -49,6 +50,8 @@ class WatlowF4TTwin:
         self.mode = mode
         self.alarms = [NO_ALARM, NO_ALARM]
         """State of each, as its register tells it."""
+        self.status: int | None = STATUS_OK
+        """The controller's own; None: this firmware has no such register."""
         self._environment = environment
         self._world = world
         self._offset = LOOP * (loop - 1)
@@ -88,6 +91,8 @@ class WatlowF4TTwin:
         """Return words of neighbouring values; a value that is read half is read as it is at this instant."""
         if address == PROFILE and count == 1:
             return [self.profile]
+        if address == STATUS and count == 1:
+            return None if self.status is None else [self.status]
         if count == 1 and (address - ALARM_STATE) % 100 == 0 and 0 <= address - ALARM_STATE < 100 * len(self.alarms):
             return [self.alarms[(address - ALARM_STATE) // 100]]
         if address in CHANNEL_UNITS and count == 1 and self._tells_unit:

@@ -88,6 +88,25 @@ def test_an_f4t_is_asked_alarm_by_alarm_as_far_as_it_has_them(transport: str) ->
     assert air.alarms() == ()
 
 
+@pytest.mark.parametrize(
+    ("status", "expected"),
+    [
+        (138, ()),
+        (32, ("that it has failed (register 90 reads 32)",)),
+        (7, ("an unknown status (register 90 reads 7)",)),
+        (None, ()),
+    ],
+)
+def test_an_f4t_that_calls_itself_failed_is_told(status: int | None, expected: tuple[str, ...]) -> None:
+    # F4T user's guide p. 225: Device Status "OK (138) Fail (32)", unsigned 16-bit, register 90.
+    twin = WatlowF4TTwin("air", StillRoom())
+    settings = WatlowF4TSettings.model_validate({"driver": "watlow-f4t", "port": "twin", "transport": "tcp"})
+    slave = ModbusSlave(twin, framing=settings.transport)
+    air = connect("air", settings, MemoryStream(slave, virtual_clock(), "chamber"))
+    twin.status = status
+    assert air.alarms() == expected
+
+
 def test_who_cannot_be_asked_has_no_clause() -> None:
     assert not issubclass(WatlowF4, TellsAlarms)
     assert alarm_clause(object()) == ""
