@@ -6,7 +6,8 @@ unknown length, and bytes that were lost whole show only in the number of sample
 
 The default output is IMU, "uncompensated": the factory's calibration is in it and cannot be taken out, the user's
 compensation and the filter's bias estimate are not; a rotation of the frame (register 26) and a filter (85) are. YMR
-is compensated by registers 23, 25, 44 and 84. The identity names what any of them does, with its content.
+is compensated by registers 23, 25, 44 and 84. The identity names what any of them does, with its content; a unit that
+is reset in mid-run has what is in its flash, and streams on: they are asked before and behind every recording.
 
 Source: VN-100 user manual UM001; see :mod:`rig.wire.vn100`. The baud rate as delivered (115 200) is a setting.
 """
@@ -32,6 +33,8 @@ TIMEOUT_S = 1.0
 ATTEMPTS = 3
 BITS_PER_BYTE = 10
 """8N1."""
+_VOID = "what was recorded is void"
+_ABSENT = "nothing"
 
 
 class Vn100Settings(StreamSettings):
@@ -97,14 +100,16 @@ class Vn100:
         self._reader = RowReader(stream, name, self._parse)
         self._received = b""
         """Behind the last answer: the beginning of the stream."""
+        self._setup: Mapping[int, str] | None = None
+        """What the registers held when they were first asked."""
 
     def identify(self) -> str:
         """Return model, serial number, firmware and what is set that changes measurements; streaming pauses."""
         self._command(wire.PAUSE)
         model, serial, firmware = (self._read(number) for number in (wire.MODEL, wire.SERIAL, wire.FIRMWARE))
-        replies = {number: reply for number in wire.SETUP if (reply := self._read_if_there(number)) is not None}
+        self._setup = self._read_setup()
         try:
-            words = wire.setup_words(replies)
+            words = wire.setup_words(self._setup)
         except DeviceNonsense as error:
             raise DeviceNonsense(f"{self.name}: {error}") from error
         return ", ".join((f"VectorNav {model}", f"serial {serial}", f"firmware {firmware}", *words))
@@ -115,6 +120,7 @@ class Vn100:
         number, _ = wire.OUTPUTS[self._settings.output]
         self._write(wire.OUTPUT, number)
         self._write(wire.RATE, self._settings.rate_hz)
+        self._require_setup("nothing was recorded")
         self._command(wire.RESUME)
         self._reader.begin(self._received)
 
@@ -138,7 +144,32 @@ class Vn100:
         )
 
     def stop(self) -> None:
+        """As of every stream. Raises also: DeviceFault where what was recorded means something else than before."""
         self._command(wire.PAUSE)
+        number, _ = wire.OUTPUTS[self._settings.output]
+        for register, need in ((wire.OUTPUT, number), (wire.RATE, self._settings.rate_hz)):
+            found = self._read(register).partition(",")[0]
+            if found != str(need):
+                raise self._changed(register, found, str(need), _VOID)
+        self._require_setup(_VOID)
+
+    def _read_setup(self) -> Mapping[int, str]:
+        return {number: reply for number in wire.SETUP if (reply := self._read_if_there(number)) is not None}
+
+    def _require_setup(self, so_far: str) -> None:
+        """Compare what changes measurements with what it was when it was first asked. Raises: DeviceFault."""
+        found = self._read_setup()
+        held = self._setup = found if self._setup is None else self._setup
+        for register in wire.SETUP:
+            if found.get(register) != held.get(register):
+                raise self._changed(register, found.get(register, _ABSENT), held.get(register, _ABSENT), so_far)
+
+    def _changed(self, register: int, found: str, held: str, so_far: str) -> DeviceFault:
+        return DeviceFault(
+            f"{self.name}: register {register} holds {found}, it held {held} before: the unit was reset, or another"
+            f" program wrote to it; {so_far}; see what happened to its power and who has its port, bring the registers"
+            " back (and save them in the unit), then resume"
+        )
 
     def _parse(self, piece: bytes) -> Rows:
         return wire.parse_rows(piece, self._settings.output, self._pattern)

@@ -1,11 +1,17 @@
 """The twin of a VN-100: registers, commands and one streamed output, by ASCII lines with checksum.
 
 Source: VN-100 user manual UM001 (``*XX`` for any checksum, errors by VNERR); factory settings 115 200 baud, VNYMR at
-40 Hz. The factory's filter (register 85) and reference vectors (21) are assumed, and do
-nothing here. Acceleration is what the unit's own axes feel: level it is −g along z.
+40 Hz. The factory's filter (register 85) and reference vectors (21) are assumed, and do nothing here; the user's
+compensation (23, 25, 84: C (x − b), p. 81) acts on every output but IMU, the rotation of the frame (26) on all. A reset
+and a loss of power bring back what is in the flash (p. 54). Acceleration is what the unit's own axes feel: level it is
+−g along z.
 """
 
 from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+
+import numpy as np
 
 from rig.errors import DeviceNonsense
 from rig.twins.physics.imu import MotionSource
@@ -26,6 +32,7 @@ FACTORY_SETUP: Mapping[int, tuple[float, ...]] = {
     wire.FILTERING: (0.0, 4.0, 4.0, 4.0, 0.0, 0.0, 3.0, 3.0, 3.0, 0.0),
 }
 NUMBERS = {number: name for name, (number, _) in wire.OUTPUTS.items()}
+_MEMORY_COMMANDS = ("VNRST", "VNWNV", "VNRFS")
 INVALID_CHECKSUM, INVALID_COMMAND, TOO_FEW, TOO_MANY, INVALID_PARAMETER, INVALID_REGISTER, UNAUTHORISED = range(3, 10)
 
 
@@ -33,13 +40,30 @@ BINARY_FRAME = bytes.fromhex("FA 01 01 00 00 00 20 41 1A 2B")
 """Sync byte, group, fields and some content."""
 
 
+@dataclass
+class Memory:
+    """Registers: those in use, or those in the flash."""
+
+    numbers: dict[int, int]
+    setup: dict[int, tuple[float, ...]]
+    binary: dict[int, list[str]]
+
+
+def factory_memory() -> Memory:
+    """Return what a unit is delivered with."""
+    return Memory(
+        {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40},
+        dict(FACTORY_SETUP),
+        {register: ["0", "1", "01", "0001"] for register in wire.BINARY_OUTPUTS},
+    )
+
+
 class Vn100Twin:
     """A :class:`rig.twins.twin.Twin`. It streams from the first moment on, as a unit does that was switched on."""
 
     def __init__(self, stream: str, source: MotionSource) -> None:
-        self.registers = {wire.BAUD_RATE: 115200, wire.OUTPUT: 14, wire.RATE: 40}
-        self.setup = dict(FACTORY_SETUP)
-        self.binary = {register: ["0", "1", "01", "0001"] for register in wire.BINARY_OUTPUTS}
+        self.flash = factory_memory()
+        self._load()
         self._stream = stream
         self._source = source
         self._received = b""
@@ -57,6 +81,16 @@ class Vn100Twin:
         if len(self._received) > LONGEST_LINE:
             self._received = b""
             self._due += wire.message(b"VNERR,02")
+
+    def power_cycle(self, now_s: float) -> None:
+        """Lose power and get it back, or be reset: the registers are those of the flash, and it streams."""
+        self._load()
+        self._is_paused = False
+        self._restart(now_s)
+
+    def _load(self) -> None:
+        copied = deepcopy(self.flash)
+        self.registers, self.setup, self.binary = copied.numbers, copied.setup, copied.binary
 
     def transmit(self, now_s: float) -> bytes:
         self._emit(now_s)
@@ -87,15 +121,18 @@ class Vn100Twin:
 
     def _fields(self, output: str, at_s: float) -> tuple[float, ...]:
         motion = self._source.motion(self._stream, at_s)
-        scaled = (
-            (("yaw", "pitch", "roll"), motion.attitude_deg, 1.0),
-            (("mx", "my", "mz"), motion.field_ut, GAUSS_PER_UT),
-            (("ax", "ay", "az"), motion.force_g, STANDARD_GRAVITY_MPS2),
-            (("gx", "gy", "gz"), motion.rate_dps, RADPS_PER_DPS),
+        sensed = (
+            (("mx", "my", "mz"), 23, np.multiply(motion.field_ut, GAUSS_PER_UT)),
+            (("ax", "ay", "az"), 25, np.multiply(motion.force_g, STANDARD_GRAVITY_MPS2)),
+            (("gx", "gy", "gz"), 84, np.multiply(motion.rate_dps, RADPS_PER_DPS)),
         )
-        fields = {
-            name: value * scale for names, values, scale in scaled for name, value in zip(names, values, strict=True)
-        }
+        fields = dict(zip(("yaw", "pitch", "roll"), motion.attitude_deg, strict=True))
+        for names, register, vector in sensed:
+            turned = np.reshape(self.setup.get(wire.ROTATION, wire.NO_ROTATION), (3, 3)) @ vector
+            if output != "IMU":
+                compensation = self.setup.get(register, wire.NO_COMPENSATION)
+                turned = np.reshape(compensation[:9], (3, 3)) @ (turned - compensation[9:])
+            fields |= dict(zip(names, turned.tolist(), strict=True))
         by_name = fields | {"t": motion.temperature_degc, "p": PRESSURE_KPA}
         return tuple(by_name[name] for name, _ in wire.OUTPUTS[output][1])
 
@@ -104,8 +141,12 @@ class Vn100Twin:
             name, *words = wire.parse_message(line, accept_bypass=True)
         except DeviceNonsense:
             return _error(INVALID_CHECKSUM)
+        if name in _MEMORY_COMMANDS and not words:
+            return self._remember(name, now_s)
         if name not in ("VNRRG", "VNWRG", "VNASY"):
             return _error(INVALID_COMMAND)
+        if name == "VNWRG" and words and words[0].isdecimal() and int(words[0]) in self.setup:
+            return self._set_up(int(words[0]), words[1:])
         if words and words[0].isdecimal() and int(words[0]) in self.binary:
             register = int(words[0])
             if name == "VNWRG":
@@ -122,6 +163,27 @@ class Vn100Twin:
         if len(numbers) > (2 if name == "VNWRG" else 1):
             return _error(TOO_MANY)
         return self._pause(numbers[0], now_s) if name == "VNASY" else self._write(numbers[0], numbers[1], now_s)
+
+    def _remember(self, name: str, now_s: float) -> bytes:
+        """Write the registers into the flash, restore the factory's, or reset; it is answered before (p. 54)."""
+        answer = wire.message(name.encode("ascii"))
+        if name == "VNWNV":
+            self.flash = deepcopy(Memory(self.registers, self.setup, self.binary))
+            return answer
+        if name == "VNRFS":
+            self.flash = factory_memory()
+        self.power_cycle(now_s)
+        return answer
+
+    def _set_up(self, register: int, words: list[str]) -> bytes:
+        try:
+            values = tuple(map(float, words))
+        except ValueError:
+            return _error(INVALID_PARAMETER)
+        if len(values) != len(self.setup[register]):
+            return _error(TOO_FEW if len(values) < len(self.setup[register]) else TOO_MANY)
+        self.setup[register] = values
+        return wire.message(b"VNWRG,%02d,%s" % (register, b",".join(b"%.9g" % value for value in values)))
 
     def _read(self, register: int, now_s: float) -> bytes:
         if register in self.setup:
