@@ -48,7 +48,7 @@ def test_fault_24_garbled_bytes_are_asked_for_again_and_change_no_number(
     """Detected: framing, checksum, a strict pattern over the whole line, range.
     Response: drained and asked again at most twice where that is harmless; then the dwell is void and repeated.
     """
-    _unharmed(small, clean, tmp_path / "run", noise={"line": line, "kind": "garble", "every": 67})
+    _unharmed(small, clean, tmp_path / "run", noise={"line": line, "kind": "garble", "every": 71})
 
 
 def test_fault_24_stuck_a_line_that_only_talks_nonsense_measures_nothing(small: Bench, tmp_path: Path) -> None:
