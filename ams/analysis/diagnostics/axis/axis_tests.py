@@ -27,7 +27,6 @@ from ams.analysis.diagnostics.beliefs import (
     LAG,
     LEVEL,
     MEMORIES,
-    OVER_TIME,
     RECORDED,
     ROBUST,
     SETTLING,
@@ -42,6 +41,7 @@ from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.locations import LocationsShown, locations_shown
 from ams.analysis.diagnostics.over_time import previous_attitude
 from ams.analysis.diagnostics.over_time import temperature as by_temperature
+from ams.analysis.diagnostics.over_time.drift_with_time import drift_with_time
 from ams.analysis.diagnostics.over_time.range_ends import explained_by_ends
 from ams.analysis.diagnostics.over_time.settling import Between, Estimate, slope_test
 from ams.analysis.diagnostics.over_time.terms_over_temperature import of_terms_over_temperature
@@ -143,7 +143,7 @@ def axis_tests(
         *uneven_test(uneven_noise(grid), evidence.layout),
     ]
     if shared.over_time is not None:
-        found.append(slope_test(OVER_TIME, "drift", shared.over_time, output, "per h"))
+        found.append(drift_with_time(evidence, shared.over_time, output))
     found += _of_temperature(evidence, shared, output, known)
     found += [*([] if lag is None else [lag]), *of_terms_over_temperature(evidence, output, lag)]
     turning = axis_over_temperature(evidence, output, None)

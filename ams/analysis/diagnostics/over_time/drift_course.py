@@ -24,8 +24,10 @@ from ams.arrays import FloatArray
 PER_NUMBER: Final = 4.0
 """In twice the log likelihood, for every number that a course has to choose. By Akaike (1974) 2, by Schwarz (1978) 7
 for a thousand dwells."""
-_LEAST_REPLICATIONS: Final = 3
-"""Of two, levels and an even drift are one."""
+_LEAST_REPLICATIONS: Final = 2
+_LEVELS_COST: Final = 2
+"""In numbers, at least: two levels have no more of them than an even drift, and are one with it where every replication
+goes through the points alike."""
 _NOTHING: Final = 1e-12
 """Of a share of the squares, so that its logarithm is finite."""
 
@@ -76,7 +78,7 @@ def changes_between(evidence: Evidence, output: int) -> bool:
     if evidence.layout.replications < _LEAST_REPLICATIONS or not evidence.precision_variance[output] > 0.0:
         return False
     unlikely = _unlikely(evidence, output)
-    levels = unlikely(_levels(evidence), evidence.layout.replications - 1)
+    levels = unlikely(_levels(evidence), max(evidence.layout.replications - 1, _LEVELS_COST))
     return all(levels < unlikely(*course) for course in courses_of_drift(evidence.time_order))
 
 
