@@ -66,9 +66,12 @@ def judge_field(
 ) -> FieldTest | None:
     """Return the test of (N, 3, 3) attitudes in a coil's field of (N,) strength along a unit vector.
 
-    None where too few points are left to judge it by.
+    None where too few points are left to judge it by, or an axis is not seen to read its own field.
     """
-    seen = [_seen(to_package, coil, applied, label, axis, layout) for label, axis in axes.items()]
+    judged = [_seen(to_package, coil, applied, label, axis, layout) for label, axis in axes.items()]
+    seen = [each for each in judged if each is not None]
+    if len(seen) < len(judged):
+        return None
     given, tested = (block_diagonal([each.basis for each in seen]), np.vstack([each.turned for each in seen]))
     beside = np.vstack([each.beside for each in seen])
     if is_declared:
@@ -123,12 +126,14 @@ class _Seen:
 
 def _seen(
     to_package: FloatArray, coil: FloatArray, applied: FloatArray, label: str, axis: FieldAxis, layout: Layout
-) -> _Seen:
+) -> _Seen | None:
     across = np.linalg.svd(coil[None, :])[2][1:].T
     field = to_package @ axis.beside + (to_package @ coil) * applied[:, None]
     rows = np.column_stack([np.ones_like(applied), field])
     solved = np.linalg.lstsq(rows, axis.reading, rcond=None)[0]
     slope = solved[1 + AXES.index(label)]
+    if not abs(slope) > _DISTINGUISHED * np.abs(solved[1:]).max():
+        return None
     lies, reading = solved[1:] / slope, axis.reading / slope
     beside = np.einsum("k,nkl->nl", lies, to_package)
     left = reading - rows @ (solved / slope)
