@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import FloatArray
-from ams.inputs.step_of_readings import steps_of
+from ams.inputs.step_of_readings import step_of, steps_of
 from ams.observations import Sampled
 from ams.solve.components import ComponentColumns
 from ams.solve.expected import Belief
@@ -47,6 +47,15 @@ def shared_variance(step: float, scatter_variance: float, points: int) -> float:
         else:
             high = middle
     return _common(step, low)
+
+
+def repeated_by_steps(readings: FloatArray, layout: Layout) -> float:
+    """Return the variance that the replications of a point have in common by the step of (N,) readings; 0: no step."""
+    step, free = step_of(readings), layout.rows - layout.points
+    if step is None or free < 1:
+        return 0.0
+    about = layout.about_points(readings)
+    return shared_variance(step, float(about @ about) / free, layout.points)
 
 
 def rounded_variance(step: float, noise_variance: float) -> float:

@@ -16,6 +16,7 @@ from ams.analysis.diagnostics.beliefs import UNEVEN, BeliefTest
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import BoolArray, FloatArray
 from ams.findings import Said
+from ams.inputs.step_of_readings import step_of
 from ams.rounding import significant
 from ams.solve.layout import Layout
 from ams.statistics.distributions import SD_PER_MEDIAN_DEVIATION, f_tail, median
@@ -30,6 +31,8 @@ _LEAST_PART: Final = 1e-4
 """Of a variance that is seen."""
 _UNTOLD: Final = 0.01
 """Chance from which on nothing more is told of it: it is one of many tests."""
+_OF_A_STEP: Final = 0.5
+"""Of a meter, which a dwell scatters by at least: with less noise most dwells of a point read the same."""
 _LOUD: Final = 1e-3
 """Chance of as much in any replication, where all scatter alike."""
 
@@ -46,6 +49,8 @@ class UnevenNoise:
     """(n,) of that, where all scatter alike."""
     dof: int
     """Of all dwells."""
+    least_sd: float
+    """Of a dwell, by the step of its readings."""
 
     @cached_property
     def is_loud(self) -> BoolArray:
@@ -68,7 +73,7 @@ class UnevenNoise:
     def _away_beside(self, is_quiet: BoolArray) -> tuple[FloatArray, FloatArray]:
         """Return (n,) mean absolute residuals about the means of the quiet, drawn in, and how uncertain they are."""
         seen, judged = self._about(is_quiet), self._judged
-        typical = SD_PER_MEDIAN_DEVIATION * median(seen[is_quiet][judged[is_quiet]])
+        typical = max(SD_PER_MEDIAN_DEVIATION * median(seen[is_quiet][judged[is_quiet]]), self.least_sd)
         count = judged.sum(axis=1)
         drawn_in = np.minimum(seen, _DRAWN_IN * typical) * judged
         means = drawn_in.sum(axis=1) / count
@@ -112,15 +117,25 @@ class UnevenNoise:
         return np.where(self.is_loud & (ratio > 1.0), ratio, 1.0)
 
 
-def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
-    """Return how the replications of one output scatter; None where too few of them or of their dwells tell it."""
+def uneven_noise(grid: GridResiduals, readings: FloatArray) -> UnevenNoise | None:
+    """Return how the replications of one output scatter; None where too few of them or of their dwells tell it.
+
+    ``readings`` (N,) show by their step what the median does not: where most dwells of a point read the same.
+    """
+    found = _scattering(grid, 0.0)
+    if found is None or found.p_value > _UNTOLD or not (step := step_of(readings)):
+        return found
+    return found if grid.typical_sd >= _OF_A_STEP * step else _scattering(grid, _OF_A_STEP * step)
+
+
+def _scattering(grid: GridResiduals, least_sd: float) -> UnevenNoise | None:
     replications, points = grid.replications, grid.points
     if replications < _LEAST_REPLICATIONS or points - int(grid.q.shape[1]) < _LEAST_DWELLS:
         return None
     count = grid.judged.reshape(replications, points).sum(axis=1)
     if int(count.min()) < _LEAST_DWELLS:
         return None
-    total, typical = int(count.sum()), grid.typical_sd
+    total, typical = int(count.sum()), max(grid.typical_sd, least_sd)
     away = np.minimum(grid.away, _DRAWN_IN * typical)
     means = away.reshape(replications, points).sum(axis=1) / count
     within = float(away @ away) - float(count @ means**2)
@@ -129,7 +144,7 @@ def uneven_noise(grid: GridResiduals) -> UnevenNoise | None:
         return None
     between = float(count @ (means - float(count @ means) / total) ** 2) / (replications - 1)
     p_value = float(f_tail(between / variance, float(replications - 1), float(total - replications)))
-    return UnevenNoise(p_value, grid, means, np.sqrt(variance / count), total - replications)
+    return UnevenNoise(p_value, grid, means, np.sqrt(variance / count), total - replications, least_sd)
 
 
 def uneven_test(found: UnevenNoise | None, layout: Layout) -> tuple[BeliefTest, ...]:

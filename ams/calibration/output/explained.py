@@ -130,8 +130,8 @@ def _with_even_noise(left: Explained) -> Explained:
     if tests.grid is None or not tests.is_significant.get(UNEVEN):
         return left
     wrong = _convicted(seen, tests)
-    grid = tests.grid if wrong is None else _without_far(tests.grid, wrong)
-    found = uneven_noise(grid)
+    grid = tests.grid if wrong is None else _without_far(tests.grid, wrong, seen.readings)
+    found = uneven_noise(grid, seen.readings)
     if found is None or not (found.p_value <= tests.conviction_level and np.any(found.excess > 1.0)):
         return left
     layout = seen.evidence.layout
@@ -151,12 +151,12 @@ def _beside_quiet(departures: FloatArray, layout: Layout, is_quiet: BoolArray) -
     return departures - (np.bincount(point, quiet, layout.points) / count)[layout.point]
 
 
-def _without_far(grid: GridResiduals, wrong: WrongDwells) -> GridResiduals:
+def _without_far(grid: GridResiduals, wrong: WrongDwells, readings: FloatArray) -> GridResiduals:
     """Return what dwells say without those that stand far out of their own replication.
 
     A wrong dwell moves the parameters of its replication, and with them what all others of it leave.
     """
-    found = uneven_noise(wrong.left)
+    found = uneven_noise(wrong.left, readings)
     if found is None:
         return wrong.left
     for dwell, size in zip(wrong.dwells, wrong.sizes, strict=True):

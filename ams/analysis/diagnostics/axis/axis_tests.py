@@ -69,10 +69,13 @@ from ams.analysis.diagnostics.wrong_dwells import judged_by, largest_p_values, l
 from ams.arrays import FloatArray
 from ams.models.accelerometer import LINEAR_COLUMNS
 from ams.models.thermal import SECOND_ORDER_NAMES, TEMPERATURE_NAMES
+from ams.solve.resolution import repeated_by_steps
 from ams.statistics.distributions import f_tail
 
 MOST_TESTS: Final = 39
 """Of one axis."""
+_UNTOLD: Final = 0.01
+"""Chance from which on nothing is told of a lack of fit, and no step of the readings looked for that explains it."""
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in RECORDED)
 
 
@@ -136,11 +139,11 @@ def axis_tests(
     found = [
         BeliefTest(WRONG_DWELL, "wrong-dwell", wrong_p_value),
         *([] if limit is None else [_of_the_table(limit)]),
-        *_of_replications(evidence, output, known),
+        *_of_replications(evidence, output, known, readings),
         BeliefTest(AUTOCORRELATION, "autocorrelation", wander[1], wander[0]),
         *_of_the_attitude_before(evidence, grid, before),
         *_robust(evidence, grid),
-        *uneven_test(uneven_noise(grid), evidence.layout),
+        *uneven_test(uneven_noise(grid, readings), evidence.layout),
     ]
     if shared.over_time is not None:
         found.append(drift_with_time(evidence, shared.over_time, output))
@@ -226,7 +229,7 @@ def _index_effects(evidence: Evidence, output: int, limit: TableLimit, known: Fl
     return limit.effects(slopes, np.hstack([evidence.basis[:, :LINEAR_COLUMNS], known]))
 
 
-def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list[BeliefTest]:
+def _of_replications(evidence: Evidence, output: int, known: FloatArray, readings: FloatArray) -> list[BeliefTest]:
     replication, sums = evidence.replication, evidence.sums
     if replication is None or sums is None:
         return []
@@ -234,7 +237,10 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray) -> list
         BeliefTest(f"{DRIFT_OF}{name}", "drift", float(test.p_value[output]))
         for name, test in replication.drift.items()
     ]
-    return [_lack_of_fit(evidence, output, known), *drifts]
+    lack_of_fit = _lack_of_fit(evidence, output, known, 0.0)
+    if lack_of_fit.p_value <= _UNTOLD and (of_steps := repeated_by_steps(readings, evidence.layout)) > 0.0:
+        lack_of_fit = _lack_of_fit(evidence, output, known, of_steps)
+    return [lack_of_fit, *drifts]
 
 
 def _of_the_attitude_before(evidence: Evidence, grid: GridResiduals, column: FloatArray) -> list[BeliefTest]:
@@ -259,18 +265,24 @@ def _robust(evidence: Evidence, grid: GridResiduals) -> list[BeliefTest]:
     return [BeliefTest(ROBUST, "wrong-dwell", found.p_value, found.size, found.expected, is_held=False)]
 
 
-def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray) -> BeliefTest:
-    """Test what repeats against precision and what the table's certificate and others explain, all together."""
+def _lack_of_fit(evidence: Evidence, output: int, known: FloatArray, of_steps: float) -> BeliefTest:
+    """Test what repeats against precision and what the table's certificate and others explain, all together.
+
+    ``of_steps``: variance of what the steps of the readings repeat at every point by itself.
+    """
     assert evidence.replication is not None
     plain = evidence.replication.lack_of_fit
     given = independent(np.hstack([evidence.basis, known])) if known.shape[1] > 0 else evidence.basis
     means = evidence.means(output, given)
-    repeating = means.precision_variance * max(float(plain.t[output]) - 1.0, 0.0)
+    precision = means.precision_variance
+    repeating = precision * max(float(plain.t[output]) - 1.0, 0.0)
     p_value, dof = float(plain.p_value[output]), evidence.layout.points - given.shape[1]
-    if (means.common.shape[1] > 0 or known.shape[1] > 0) and means.precision_variance > 0.0 and dof > 0:
-        joined = np.column_stack([given, means.mean])
-        whole = Elimination(gram_of(means, joined, means.precision_variance), given.shape[1], 0, dof, given)
-        p_value = float(f_tail(whole.chi_square / dof, dof, plain.denominator_dof))
+    is_explained = means.common.shape[1] > 0 or known.shape[1] > 0 or of_steps > 0.0
+    if is_explained and precision > 0.0 and dof > 0:
+        joined, variance = np.column_stack([given, means.mean]), precision + of_steps
+        whole = Elimination(gram_of(means, joined, variance), given.shape[1], 0, dof, given)
+        against = plain.denominator_dof * (variance / precision) ** 2
+        p_value = float(f_tail(whole.chi_square / dof, dof, against))
     return BeliefTest(LACK_OF_FIT, "lack-of-fit", p_value, float(np.sqrt(repeating)))
 
 

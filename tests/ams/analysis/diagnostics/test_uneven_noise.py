@@ -57,7 +57,7 @@ def test_even_noise_is_told_as_uneven_no_more_often_than_stated(noise: Noise) ->
     found = []
     for _ in range(1500):
         grid = grid_residuals(basis, noise(chance, (dwells.size,))[:, None], dwells, replications, points)
-        test = uneven_noise(grid)
+        test = uneven_noise(grid, grid.residuals[:, 0])
         assert test is not None
         found.append(test.p_value)
     assert np.mean(np.array(found) <= 0.01) <= 0.02
@@ -74,7 +74,7 @@ def test_two_loud_replications_are_both_named_and_no_third(replications: int, po
     named, ratios = [], []
     for _ in range(100):
         noise = times[:, None] * chance.standard_normal((replications, points))
-        found = uneven_noise(grid_residuals(basis, noise.reshape(-1, 1), dwells, replications, points))
+        found = uneven_noise(grid_residuals(basis, noise.reshape(-1, 1), dwells, replications, points), noise.ravel())
         assert found is not None
         named.append(np.array_equal(found.excess > 1.0, times > 1.0))
         ratios.append(found.excess[[1, 2]])
@@ -86,7 +86,8 @@ def test_of_replications_that_do_not_scatter_at_all_the_one_that_does_is_named()
     """A meter of few digits reads the same three times."""
     chance, readings = np.random.default_rng(15), np.zeros((4, 56))
     readings[2] = chance.standard_normal(56)
-    found = uneven_noise(grid_residuals(np.ones((56, 1)), readings.reshape(-1, 1), np.arange(readings.size), 4, 56))
+    grid = grid_residuals(np.ones((56, 1)), readings.reshape(-1, 1), np.arange(readings.size), 4, 56)
+    found = uneven_noise(grid, readings.ravel())
     assert found is not None
     assert found.is_loud.tolist() == [False, False, True, False]
 
