@@ -36,12 +36,17 @@ def _moment(table: CsvTable, line: int, cell: str) -> datetime:
 
 
 def clock_warnings(observations: Observations) -> tuple[str, ...]:
-    """Return a warning where the clock of the rows was set back while they were read.
+    """Return a warning where the clock of the rows was set back while they were read, or stood still.
 
     Rows may stand in another order than they were read in: by point, replications exchanged, a dwell that was measured
     again in its old place. Rows of one course that meet times which others have already are none of these.
     """
     time_s, replication = observations.time_s, observations.replication
+    if time_s is not None and time_s.size > 1 and float(np.ptp(time_s)) == 0.0:
+        return (
+            f"{observations.source}: time_s is {time_s[0]:.4g} s in every row: what drifts with time cannot be judged "
+            "by it: correct the column, or leave it out",
+        )
     falls = [] if time_s is None else list(_falls(time_s, replication))
     if time_s is None or not falls:
         return ()

@@ -53,6 +53,12 @@ def test_times_that_begin_anew_with_every_replication_are_told(points: int) -> N
     assert "(3 such rows)" in text
 
 
+def test_a_clock_that_stood_still_is_told() -> None:
+    (text,) = clock_warnings(rows_of(np.full(POINTS * REPLICATIONS, 17.0)))
+    assert text.startswith("rows.csv: time_s is 17 s in every row")
+    assert clock_warnings(rows_of(np.repeat(steady()[::POINTS], POINTS))) == (), "the time of a replication is one"
+
+
 def test_rows_in_another_order_than_they_were_read_in_are_none() -> None:
     rows = rows_of(steady())
     by_point = np.lexsort([rows.replication, rows.point])
