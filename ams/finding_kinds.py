@@ -185,7 +185,8 @@ KINDS: Final[Mapping[FindingKind, KindOfFinding]] = {
         "sensor",
         "Time goes with attitude inside the replications, or inside every laying, so that a drift passes for offset "
         "and sensitivity",
-        "Measure every replication to its end, in an order such as there-and-back, or solve with an even drift",
+        "Measure every replication to its end, in an order such as there-and-back (of levels forward-reverse), or "
+        "solve with an even drift",
     ),
     "axis-undetermined": KindOfFinding(
         "run",
