@@ -7,6 +7,9 @@ All of it follows from the coefficients and from what the rig declares; it stand
 import re
 from collections.abc import Mapping
 
+import numpy as np
+
+from ams.arrays import FloatArray
 from ams.sets.canonical import Document, Json, plain, table
 from ams.sets.equations import AxisNumbers
 
@@ -87,6 +90,29 @@ def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
     if not all(re.fullmatch(r"[+-][xyz]", name) for name in named):
         return None
     return [[float(f"{name[0]}1") if axis == name[1] else 0.0 for axis in "xyz"] for name in named]
+
+
+def turned_mount(document: Document) -> FloatArray | None:
+    """Return the (3, 3) ``fixture_to_package`` of a set whose package sat turned on its fixture.
+
+    None where it sat straight, or where nothing of it is declared.
+    """
+    section = use_of(document)
+    rows = None if section is None else table(section["installation"])["fixture_to_package"]
+    turned = np.eye(3) if rows is None else np.array(rows, dtype=np.float64)
+    return None if np.array_equal(turned, np.eye(3)) else turned
+
+
+def mount_in_words(document: Document) -> str | None:
+    """Return that directions and angles of a set are the fixture's, and how the package sat on it; None: alike."""
+    turned = turned_mount(document)
+    if turned is None:
+        return None
+    along = ["+−"[int(row.sum() < 0.0)] + "xyz"[int(np.argmax(np.abs(row)))] for row in turned]
+    return (
+        "directions and angles are in the axes of the calibration's fixture, on which the package sat with its own "
+        f"x, y, z along {', '.join(along)} of the fixture"
+    )
 
 
 def _corrections(chain: Mapping[str, object]) -> Document:

@@ -11,6 +11,7 @@ from ams.sets.canonical import Document, Json, listed, number, table
 from ams.sets.capability import capability_deg_of
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.equipment import equipment_of
+from ams.sets.instructions import mount_in_words
 from ams.sets.stated_dwells import dwells_in_words, rejected_lines
 from ams.sets.stated_findings import (
     DAY_NOT_KNOWN,
@@ -54,6 +55,7 @@ def certificate_page(grounds: Grounds) -> str:
         grounds=grounds,
         one=grounds.coefficients,
         document=grounds.coefficients.document,
+        mount=mount_in_words(grounds.coefficients.document),
         coefficients=list(coefficients_of(grounds.coefficients, capability_deg)),
         undetermined=list(undetermined(grounds.coefficients)),
         method=method_of(grounds.coefficients),

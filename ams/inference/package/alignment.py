@@ -21,6 +21,7 @@ from ams.errors import DesignError, SetError
 from ams.frames import specific_force
 from ams.inference.package.calibrated import CalibratedSensor
 from ams.sets.canonical import Document, Json, checksum, listed, number, render, table, with_checksum
+from ams.sets.instructions import turned_mount, use_of
 from ams.whole_file import write_whole
 
 FORMAT: Final = "calrig alignment"
@@ -109,6 +110,28 @@ def solve_alignment(
         )
     covariance = np.asarray(variance * np.linalg.inv(information), dtype=float)
     return Alignment(sensor, rotation, covariance, dof, float(np.rad2deg(np.sqrt(variance))), known_sd_rad)
+
+
+def as_mounted(sensor: str, document: Document) -> Alignment | None:
+    """Return the turn from the fixture's axes, which a set is in, to the package's own; None where they are alike.
+
+    Raises: DesignError where the set does not say how the package sat, or the turn is a reflection.
+    """
+    section = use_of(document)
+    if section is None or table(section["installation"])["fixture_to_package"] is None:
+        raise DesignError(
+            f"{sensor}: the set does not say how the package sat on its fixture; nothing was computed; leave "
+            "--package-axes out, or give an alignment"
+        )
+    turned = turned_mount(document)
+    if turned is None:
+        return None
+    if np.linalg.det(turned) < 0.0:
+        raise DesignError(
+            f"{sensor}: the mount that the set declares makes a left-handed package, which no turn leads to; nothing "
+            "was computed; leave --package-axes out, or give an alignment"
+        )
+    return Alignment(sensor, turned, np.zeros((3, 3)), 1, 0.0, 0.0)
 
 
 def store_alignment(alignment: Alignment, path: Path) -> None:

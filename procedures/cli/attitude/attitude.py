@@ -12,12 +12,13 @@ from ams.inference.gyros.aided_rates import AidedAngles
 from ams.inference.gyros.gyro_package import GyroPackage
 from ams.inference.gyros.rates import GyroAngles
 from ams.inference.inference import Package, inference
-from ams.inference.package.alignment import load_alignment
+from ams.inference.package.alignment import as_mounted, load_alignment
 from ams.inference.rows.angle_stream import AngleStream
 from ams.inference.watch.doubts import doubts_of
 from ams.inference.watch.standing_outputs import StandingOutputs
 from ams.inference.watch.watched_axes import Stretch, watched_axes
 from ams.sets.dated_ahead import ahead_of_clock
+from ams.sets.instructions import mount_in_words
 from ams.sets.triad_section import has_unmeasured_directions
 from ams.sets.verdict_conditions import DIRECTIONS_NOT_MEASURED
 from procedures.cli.attitude.answered_rows import Answers, answer_all, is_sent, path_of
@@ -59,6 +60,7 @@ def attitude(
     reading_sd_v: float | None = None,
     gravity_mps2: float | None = None,
     gravity_uncertainty_mps2: float | None = None,
+    package_axes: Annotated[bool, Parameter(negative=())] = False,
     alignment: Path | None = None,
     solve_alignment: Path | None = None,
     known_sd_deg: float | None = None,
@@ -108,6 +110,9 @@ def attitude(
         Local gravity where accelerometers are used; by default that of the calibration, which sets are in.
     gravity_uncertainty_mps2
         Standard uncertainty of --gravity-mps2, counted in the angles of accelerometers at rest; by default none is.
+    package_axes
+        The angles are those of the package's own axes, as the mount of its calibration declares them; by default those
+        of the fixture on which it was calibrated.
     alignment
         How the package sits in the model, as --solve-alignment stored it: the angles are the model's.
     solve_alignment
@@ -139,6 +144,8 @@ def attitude(
         require_folder_of(path_of(out), "--out")
     wiring = _wiring(data, rig, stream, for_s)
     package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
+    if package_axes:
+        package = _in_its_own_axes(package, alignment, solve_alignment)
     package = _where_it_is_used(package, gravity_mps2, gravity_uncertainty_mps2, alignment, solve_alignment)
     second = None
     if model_set is not None:
@@ -148,7 +155,7 @@ def attitude(
         raise RequestError("--model-axis: belongs to --model-set, which is missing")
     geometry = {"upright": upright, "right_wing_down": right_wing_down, "intervals": intervals}
     beside: dict[str, object] = {"--out": out, "--view": view, "--plot": plot, "--intervals": intervals}
-    beside |= {"--alignment": alignment, "--model-set": model_set, "--json": json}
+    beside |= {"--alignment": alignment, "--package-axes": package_axes, "--model-set": model_set, "--json": json}
     beside |= {"what belongs to gyros": gyros, "filters and averages": samples}
     known = known_attitudes(data, solve_alignment, known_sd_deg, [name for name, given in beside.items() if given])
     if known is not None:
@@ -186,6 +193,8 @@ def _assumptions(
     angles, packages = looked.angles, looked.packages
     field = angles.field if isinstance(angles, AidedAngles) else None
     yield from _doubts_of_sets([*packages, *([] if field is None else [field.package])])
+    if package.alignment is None:
+        yield from _fixtures_axes(packages)
     yield from untested_temperature(packages)
     yield from untold_curvature(packages)
     yield from untested_shifts(packages)
@@ -207,6 +216,17 @@ def _assumptions(
         yield from assumed_of_gyros(angles)
     if isinstance(angles, AidedAngles):
         yield from assumed_of_filter(angles)
+
+
+def _fixtures_axes(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
+    """Yield of every package that sat turned on its fixture whose angles are told."""
+    for coefficients in {used.coefficients.sha256: used.coefficients for used in packages}.values():
+        said = mount_in_words(coefficients.document)
+        if said is not None:
+            yield (
+                f"{coefficients.sensor}: {said}; of three axes --package-axes gives the package's own, --alignment a "
+                "model's"
+            )
 
 
 def _doubts_of_sets(packages: Sequence[Package | GyroPackage]) -> Iterator[str]:
@@ -283,13 +303,24 @@ def _where_it_is_used(
 ) -> Package:
     """Return accelerometers with the g and the alignment of their use. Raises: RequestError for gyros that have one."""
     if not package.senses_rates:
-        stored = None if alignment is None else load_alignment(alignment)
+        stored = package.alignment if alignment is None else load_alignment(alignment)
         return replace(used_at(package, gravity_mps2, gravity_uncertainty_mps2), alignment=stored)
     if alignment is not None or solve_alignment is not None:
         raise RequestError("--alignment, --solve-alignment: belong to accelerometers, got gyros")
     if gravity_uncertainty_mps2 is not None:
         raise RequestError("--gravity-uncertainty-mps2: belongs to accelerometers at rest, got gyros")
     return package
+
+
+def _in_its_own_axes(package: Package, alignment: Path | None, solve_alignment: Path | None) -> Package:
+    """Return accelerometers turned as their mount declares. Raises: RequestError, DesignError."""
+    if alignment is not None or solve_alignment is not None:
+        raise RequestError(
+            "--package-axes: an alignment turns from the axes of the fixture: give one of the two; nothing was read"
+        )
+    if package.senses_rates:
+        raise RequestError("--package-axes: belongs to accelerometers, got gyros; nothing was read")
+    return replace(package, alignment=as_mounted(package.coefficients.sensor, package.coefficients.document))
 
 
 def _angles_of(

@@ -8,6 +8,7 @@ from ams.analysis.diagnostics.beliefs import DRIFT_OF, LACK_OF_FIT
 from ams.exports.statement import kind_of_warning
 from ams.parameter_words import words_of
 from ams.rounding import two_digits, with_uncertainty
+from ams.sets.instructions import mount_in_words
 from ams.sets.stated_verdict import verdict_in_words
 from ams.units import dof_words, printed
 from procedures.cli.results.findings_text import findings_lines
@@ -27,6 +28,7 @@ def set_text(document: Mapping[str, Any], status: str, *, is_withdrawn: bool = F
         f"calibrated {calibrated}, run {provenance['run_id'] or 'none'}, "
         f"checksum {document['checksum']['sha256'][:12]}",
         *(_withdrawn_lines(document) if is_withdrawn else verdict_lines(document)),
+        *([] if (mount := mount_in_words(dict(document))) is None else [mount]),
         *axes_lines(document["axes"], document.get("remarks", ())),
         *(f"{kind_of_warning(document, text)}: {text}" for text in document["warnings"]),
     ]
