@@ -43,7 +43,7 @@ _ATTEMPTS = 5
 _HERE = "this machine"
 _READABLE = 0o644
 _BOARD = re.compile(r"GPIB(?P<number>\d*)", re.IGNORECASE)
-_NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
+_NETWORK = re.compile(r"(?P<scheme>[A-Za-z0-9+.-]+)://(?:[^@/]*@)?(?P<host>\[[^\]]*\]|[^:/#]+):(?P<port>\d+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +210,7 @@ def identity_of(resource: str) -> str:
     It is a host's address for its name, a device's numbers for its path. By any scheme, a port of a host is one thing.
     """
     if network := _NETWORK.match(canonical(resource)):
-        return f"tcp {address_of(network['host'].strip('[]'))} {network['port']}"
+        return f"tcp {address_of(network['host'].strip('[]'))} {int(network['port'])}"
     path = Path(canonical(resource))
     with suppress(OSError):
         found = path.stat()

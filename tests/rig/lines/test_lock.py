@@ -164,6 +164,15 @@ def test_other_ports_and_other_hosts_are_others(tmp_path: Path) -> None:
         assert len(list(tmp_path.glob("*.lock"))) == len(lock.resources) == 3
 
 
+@pytest.mark.parametrize("other", ["socket://127.0.0.1:04001", "rfc2217://lab@localhost:4001", "socket://[::1]:4001/"])
+def test_a_port_in_another_spelling_is_one_lock(tmp_path: Path, other: str) -> None:
+    with (
+        acquire(["socket://127.0.0.1:4001"], "run", folder=tmp_path),
+        pytest.raises(RigBusy, match="in use by process"),
+    ):
+        acquire([other], "jog", folder=tmp_path)
+
+
 def test_two_nodes_of_one_device_are_one_lock(tmp_path: Path) -> None:
     """By the device's numbers, so that a second node made by hand is no way around."""
     assert identity_of("/dev/null") == "character device 1 3"
