@@ -5,8 +5,8 @@ temperature's.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
-from math import inf, isfinite
+from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Final
 
 from ams.analysis.diagnostics.axis.axis_over_temperature import axis_over_temperature
@@ -17,11 +17,16 @@ from ams.analysis.diagnostics.beliefs import (
     AXIS_OVER_TEMPERATURE,
     BY_REPLICATION,
     BY_TEMPERATURE,
+    BY_TERMS,
     COLUMNS,
     CURVATURE,
     LAG,
+    MEMORIES,
+    OF_THE_ORDER,
     RECORDED,
+    SETTLING,
     SQUARENESS,
+    TURNED_FROM_ALIKE,
     AxisTests,
     BeliefTest,
     Column,
@@ -33,6 +38,12 @@ from ams.analysis.diagnostics.point_means import Elimination
 from ams.analysis.diagnostics.replication_scatter import ReplicationScatter
 
 _NEEDED: Final = 0.05
+_NEEDED_BESIDE_TERMS: Final = 0.005
+"""Of one of the columns that the order makes, of which there are up to eight."""
+_ESTIMATED: Final = ("K2", "Kpp", "Kip", "Kio", "Kpo", "K3")
+"""The terms that an extended model estimates whether they are significant or not."""
+_OF_ORDER: Final = frozenset({TURNED_FROM_ALIKE, *MEMORIES, SETTLING, *OF_THE_ORDER})
+"""Columns that the order of the dwells makes of the attitudes."""
 _PLAINER: Final = {"K1'": "K2", "K0'": "K3", SQUARENESS: "Kpo"}
 
 
@@ -50,22 +61,64 @@ def decided_together(
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
     names = {column.name: index for index, column in enumerate(tested_columns)}
-    known, dof = list[str](), inf if scatter is None else scatter.terms.dof
+    known, explained = list[str](), set[str]()
     while True:
-        is_significant = significant(made, level, None if scatter is None else Overlap(scatter, between, names, known))
+        overlap = None if scatter is None else Overlap(scatter, between, names, known)
+        is_significant = significant(made, level, overlap)
         still_open = [name for name in names if is_significant.get(name) and name not in known]
-        if scatter is None or not still_open:
-            if scatter is not None and known:
+        if scatter is None:
+            return AxisTests(made, is_significant, level=level)
+        tests_beside = _Beside(tested_columns, names, scatter, between)
+        needless = tests_beside.explained_by_terms([*known, *still_open], known, {*convicted, *explained})
+        if needless:
+            explained |= needless
+            known = [name for name in known if name not in needless]
+        elif still_open:
+            known.append(_next(still_open, made, scatter.terms, tuple(names[name] for name in known)))
+        else:
+            if known:
                 made = stated_sizes(made, names, [name for name in known if name not in convicted], scatter, between)
                 made = with_neighbours(made, names, known, scatter.terms)
             return AxisTests(made, is_significant, level=level)
-        known.append(_next(still_open, made, scatter.terms, tuple(names[name] for name in known)))
-        beside = tuple(names[name] for name in known)
-        for name, column_index in names.items():
+        for name in names:
             if name in made and name not in known and name not in convicted:
-                tested = column_test(tested_columns[column_index], scatter.terms.test(column_index, beside), dof)
-                tested = between.with_means(scatter.referred(tested, column_index, beside))
-                made[name] = tested._replace(p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
+                made[name] = tests_beside.terms(name, known) if name in explained else tests_beside.known(name, known)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """Tests of the columns beside others that count as known."""
+
+    columns: Sequence[Column]
+    names: Mapping[str, int]
+    """Column to its place."""
+    scatter: ReplicationScatter
+    between: Between
+
+    def known(self, name: str, known: Sequence[str]) -> BeliefTest:
+        """Return the test of a column beside those that are known."""
+        index, beside = self.names[name], tuple(self.names[other] for other in known if other != name)
+        tested = column_test(self.columns[index], self.scatter.terms.test(index, beside), self.scatter.terms.dof)
+        tested = self.between.with_means(self.scatter.referred(tested, index, beside))
+        return tested._replace(p_value=tested.p_value if isfinite(tested.p_value) else 1.0)
+
+    def terms(self, name: str, known: Sequence[str]) -> BeliefTest:
+        """Return the same beside all terms of low order as well, which explain what it does."""
+        estimated = [other for other in _ESTIMATED if other in self.names and other not in known]
+        return self.known(name, [*known, *estimated])._replace(explained_by=BY_TERMS)
+
+    def explained_by_terms(
+        self, significant_names: Sequence[str], known: Sequence[str], settled: Collection[str]
+    ) -> set[str]:
+        """Return which of the significant columns nobody needs beside the terms of low order, of which one is told.
+
+        They are those that the order of the dwells makes. In an order that repeats, a slow memory or a settling is
+        nearly what several small terms make of it together, and one column is plainer than each of them.
+        """
+        if not any(name in _ESTIMATED for name in significant_names):
+            return set()
+        candidates = [name for name in significant_names if name in _OF_ORDER and name not in settled]
+        return {name for name in candidates if not self.terms(name, known).p_value <= _NEEDED_BESIDE_TERMS}
 
 
 def _next(
