@@ -145,7 +145,7 @@ def attitude(
     wiring = _wiring(data, rig, stream, for_s)
     package = package_of(coefficient_set, axis, "--axis", "", wiring=wiring)
     if package_axes:
-        package = _in_its_own_axes(package, alignment, solve_alignment)
+        package = _in_package_axes(package, alignment, solve_alignment)
     package = _where_it_is_used(package, gravity_mps2, gravity_uncertainty_mps2, alignment, solve_alignment)
     second = None
     if model_set is not None:
@@ -312,7 +312,7 @@ def _where_it_is_used(
     return package
 
 
-def _in_its_own_axes(package: Package, alignment: Path | None, solve_alignment: Path | None) -> Package:
+def _in_package_axes(package: Package, alignment: Path | None, solve_alignment: Path | None) -> Package:
     """Return accelerometers turned as their mount declares. Raises: RequestError, DesignError."""
     if alignment is not None or solve_alignment is not None:
         raise RequestError(
