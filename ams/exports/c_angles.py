@@ -8,7 +8,8 @@ another sharpness defines before it takes the header in.
 import math
 from typing import Final
 
-from ams.exports.c_text import defined, filled
+from ams.exports.c_text import defined, defined_unless, filled
+from ams.exports.c_weights import weighing_functions
 from ams.inference.package.package_bounds import package_bounds
 from ams.sets.coefficients import CoefficientSet
 from ams.sets.vectors import INVERSE_STEPS, ROUNDING_DEG, is_straight
@@ -29,47 +30,43 @@ ANGLES: Final = """
 static inline int @p@_angles(const double outputs_v[3], double temperature_degc, double *pitch_deg, double *roll_deg)
 {
     const double degree = 0.017453292519943295;
-    const double m[3][3] = {
-        @rows@
-    };
-    const double determinant = m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
-                             + m[0][1] * (m[1][2] * m[2][0] - m[1][0] * m[2][2])
-                             + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
     const double gravity = @P@_GRAVITY_AT_USE_MPS2 / @P@_GRAVITY_MPS2;
-    double f[3] = {0.0, 0.0, 0.0}, square, across;
-    int step, i, told = 0;
-    for (step = 0; step < @steps@; step++) { /* @how@ */
-        const double s[3] = {
+    double f[3] = {0.0, 0.0, 0.0}, sensed[3] = {0.0, 0.0, 0.0}, inverse[3][3], square = 0.0, across, moved = 1.0;
+    int step, i, is_settled = 0, told = 0;
+    @p@_inverse(inverse);
+    for (step = 0; step < @steps@ && moved > 1e-14; step++) { /* @how@ */
+        const double left[3] = {
             @left@
         };
-        for (i = 0; i < 3; i++) {
-            const int a = (i + 1) % 3, b = (i + 2) % 3;
-            f[i] += (s[0] * (m[1][a] * m[2][b] - m[1][b] * m[2][a]) + s[1] * (m[2][a] * m[0][b] - m[2][b] * m[0][a])
-                   + s[2] * (m[0][a] * m[1][b] - m[0][b] * m[1][a])) / determinant;
+        for (i = 0, moved = 0.0; i < 3; i++) {
+            const double before = sensed[i];
+            sensed[i] = f[i] + inverse[i][0] * left[0] + inverse[i][1] * left[1] + inverse[i][2] * left[2];
+            moved += fabs(sensed[i] - before);
         }
-    }
-    square = f[0] * f[0] + f[1] * f[1] + f[2] * f[2];
-    if (!(square > 0.0) || !isfinite(square)) {
-        return -1;
+        square = sensed[0] * sensed[0] + sensed[1] * sensed[1] + sensed[2] * sensed[2];
+        if (!(square > 0.0) || !isfinite(square)) {
+            return -1;
+        }
+        is_settled = @p@_fitted(sensed, gravity, temperature_degc, inverse, f);
     }
     across = sqrt(f[1] * f[1] + f[2] * f[2]);
     *pitch_deg = atan2(f[0], across) / degree;
     *roll_deg = atan2(-f[1], -f[2]) / degree;
-    if (!(fabs(square / (gravity * gravity) - 1.0) <= @P@_REDUNDANCY_LIMIT)) {
+    if (!is_settled || !(fabs(square / (gravity * gravity) - 1.0) <= @P@_REDUNDANCY_LIMIT)) {
         told |= @P@_OUTPUTS_DISAGREE;
     }
     if (@outside@) {
         told |= @P@_OUTSIDE_VALIDITY;
     }
-    if (!(across >= @P@_LEAST_ACROSS * sqrt(square))) {
+    if (!(across >= @P@_LEAST_ACROSS * gravity)) {
         *roll_deg = NAN;
         told |= @P@_ROLL_UNDETERMINED;
     }
     return told;
 }
 """
-_STRAIGHT: Final = "by Cramer's rule"
-_BENT: Final = "what is left of the outputs, by Cramer's rule; the bend is small"
+_STRAIGHT: Final = "once: the axes are straight"
+_BENT: Final = "what is left of the outputs at f; the bend is small"
 _DIGITS: Final = 2
 
 
@@ -83,15 +80,14 @@ def angle_macros(coefficients: CoefficientSet, prefix: str) -> list[str]:
     }
     return [
         *(defined(f"{prefix}_{name}", code) for name, code in _CODES.items()),
-        *(line for name, value in bounded.items() for line in _unless_defined(f"{prefix}_{name}", value)),
+        *(line for name, value in bounded.items() for line in defined_unless(f"{prefix}_{name}", value)),
     ]
 
 
 def angle_function(coefficients: CoefficientSet) -> list[str]:
-    """Return the function, the prefix of its names left to fill in."""
+    """Return the function and what it takes, the prefix of their names left to fill in."""
     axes = list(coefficients.axes.values())
     is_linear = is_straight(coefficients.axes)
-    k = [", ".join(f"@P@_{n.axis.upper()}_K_{c}_V_PER_G" for c in "XYZ") for n in axes]
     left = [
         f"(outputs_v[{i}] - @p@_{n.axis}_@u@(f, temperature_degc)) / @p@_{n.axis}_gain(temperature_degc)"
         for i, n in enumerate(axes)
@@ -101,10 +97,9 @@ def angle_function(coefficients: CoefficientSet) -> list[str]:
         "left": ",\n            ".join(left),
         "steps": "1" if is_linear else str(INVERSE_STEPS),
         "how": _STRAIGHT if is_linear else _BENT,
-        "rows": ",\n        ".join(f"{{{row}}}" for row in k),
         "outside": "\n        || ".join(_outside(coefficients)),
     }
-    return filled(ANGLES, words)
+    return [*weighing_functions(coefficients), "", *filled(ANGLES, words)]
 
 
 def _outside(coefficients: CoefficientSet) -> list[str]:
@@ -122,10 +117,6 @@ def _outside(coefficients: CoefficientSet) -> list[str]:
     if coefficients.validity.temperature_degc is not None:
         found += [f"temperature_degc < {low.format(*degc)}", f"temperature_degc > {high.format(*degc)}"]
     return found
-
-
-def _unless_defined(name: str, value: float | str) -> list[str]:
-    return [f"#ifndef {name.upper()}", defined(name, value), "#endif"]
 
 
 def _rounded_up(value: float) -> float:

@@ -26,6 +26,8 @@ from ams.exports.c_text import (
     sensed_names,
     verdict_lines,
 )
+from ams.exports.c_weights import TEXT as WEIGHTS_TEXT
+from ams.exports.c_weights import reading_macros, reading_names
 from ams.exports.embedded import document_from
 from ams.exports.format import Format
 from ams.exports.plain_values import check_same
@@ -38,9 +40,9 @@ from ams.sets.vectors import is_package, outputs_key
 from ams.units import UNITS
 
 HEAD = "calrig coefficient set as C header, floating point, version {}"
-CHECKSUM_LINES = tuple(c_checksum_line("C header", HEAD.format(version)) for version in (1, 2, 3))
+CHECKSUM_LINES = tuple(c_checksum_line("C header", HEAD.format(version)) for version in (1, 2, 3, 4))
 """Of every version; all are read."""
-_VERDICT_SINCE, _ANGLES_SINCE = 2, 3
+_VERDICT_SINCE, _ANGLES_SINCE, _WEIGHTS_SINCE = 2, 3, 4
 """The versions that had their macros first."""
 FUNCTION_TEXT = (
     "Functions: @p@_force(@inputs@, f) gives what the sensors sense; @outputs@, each of (f, temperature_degc), the "
@@ -161,9 +163,10 @@ def _texts(coefficients: CoefficientSet, prefix: str, form: SetForm) -> list[str
         "inputs": ", ".join(form.inputs),
         "outputs": ", ".join(f"{prefix}_{axis}_{unit}" for axis in axes),
         "unit": "volts" if unit == "v" else UNITS.get(unit, unit),
+        "readings": ", ".join(reading_names(coefficients, prefix)),
         "limits": f": compare with {', '.join(limits)}" if limits else "",
     }
-    texts = [FUNCTION_TEXT, *([ANGLES_TEXT] if is_package(axes) else [])]
+    texts = [FUNCTION_TEXT, *([ANGLES_TEXT, WEIGHTS_TEXT] if is_package(axes) else [])]
     centred = next((numbers for numbers in axes.values() if numbers.centring is not None), None)
     if centred is not None:
         words["covariances"] = ", ".join(f"{prefix}_{axis}_covariance" for axis in axes)
@@ -185,6 +188,8 @@ def _macros(coefficients: CoefficientSet, prefix: str, version: int = len(CHECKS
         lines.extend(primary_lines(prefix, numbers))
     if version >= _ANGLES_SINCE and is_package(coefficients.axes):
         lines.extend(angle_macros(coefficients, prefix))
+    if version >= _WEIGHTS_SINCE and is_package(coefficients.axes):
+        lines.extend(reading_macros(coefficients, prefix))
     return [*lines, ""]
 
 

@@ -121,6 +121,11 @@ def defined(name: str, value: float | int | str) -> str:
     return f"#define {name.upper()} {f'({text})' if text.startswith('-') else text}"
 
 
+def defined_unless(name: str, value: float | int | str) -> list[str]:
+    """Return one ``#define`` that stands back behind that of the program."""
+    return [f"#ifndef {name.upper()}", defined(name, value), "#endif"]
+
+
 def array(kind: str, name: str, rows: Rows) -> list[str]:
     """Return one constant table."""
     size = f"[{len(rows)}][{len(rows[0])}]"

@@ -102,12 +102,12 @@ def test_gravity_at_use_is_that_of_the_place(package: CoefficientSet, tmp_path: 
     """At the equator gravity is 0.2 % less: every row disagrees, none where it is defined as the comment says."""
     rows = [outputs_v(10.0, -40.0, gravity=9.78033 / 9.79826)]
     header = to_c_header(package)
-    ((code, pitch, roll),) = told(tmp_path, header, rows)
-    assert code == OUTPUTS_DISAGREE
+    assert told(tmp_path, header, rows)[0][0] == OUTPUTS_DISAGREE
     comment = re.sub(r"\s*\n \* +", " ", header.decode())
     (name,) = re.findall(r"define (\w+) where gravity is another", comment)
     there = f"#define {name} 9.78033\n"
-    assert told(tmp_path, header, rows, before=there) == [(0, pitch, roll)]
+    ((code, pitch, roll),) = told(tmp_path, header, rows, before=there)
+    assert code == 0
     assert (pitch, roll) == pytest.approx((10.0, -40.0), abs=1e-9)
 
 

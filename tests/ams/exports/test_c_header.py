@@ -277,6 +277,16 @@ def test_a_header_of_version_2_is_read_and_its_macros_are_held_against_its_set()
         from_c_header(CHECKSUM_LINES[1].append_to(changed), "v2.h")
 
 
+def test_a_header_of_version_3_is_read_and_its_macros_are_held_against_its_set() -> None:
+    content = (Path(__file__).parents[2] / "data" / "coefficient_set_v3.h").read_bytes()
+    assert b"READING_SD_V" not in content
+    assert from_c_header(content, "v3.h").sensor == "SN1047"
+    body = CHECKSUM_LINES[2].checked_body(content, "v3.h")
+    changed = re.sub(rb"(_REDUNDANCY_LIMIT) [-.e0-9]+", rb"\1 0.5", body, count=1)
+    with pytest.raises(VectorsDisagree, match="macros and tables"):
+        from_c_header(CHECKSUM_LINES[2].append_to(changed), "v3.h")
+
+
 @pytest.mark.parametrize("name", ["coefficient_set_v1.h", "coefficient_set_v1.fixed.h"])
 def test_a_header_of_version_1_is_read_and_its_macros_are_held_against_its_set(name: str) -> None:
     content = (Path(__file__).parents[2] / "data" / name).read_bytes()
