@@ -41,6 +41,8 @@ class Attitude:
     """(N, q) what one standard uncertainty of each of q errors does to it."""
     scanned_v: FloatArray | None = None
     """(N, q) volts on each of the channels of a scanner that leaks."""
+    gravity_errors_rad: FloatArray | None = None
+    """(N, 3, q) along package axes, what one standard uncertainty of each of q errors turns gravity by."""
     time_s: FloatArray | None = None
     """(N,) seconds since the start of the run; None: at the reference time of a model with a time term."""
     mounting: IntArray | None = None

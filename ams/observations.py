@@ -51,6 +51,9 @@ class Observations:
     """(N, q) what one standard uncertainty of each of q errors does to ``reference_level``; None: it has none."""
     scanned_v: FloatArray | None = None
     """(N, q) volts on each of the q channels of a scanner that leaks, this sensor's among them; None: none does."""
+    gravity_errors_rad: FloatArray | None = None
+    """(N, 3, q) along package axes, what one standard uncertainty of each of q errors turns the direction of gravity
+    by; None: it is that of the angles."""
     mounting: IntArray | None = None
     """(N,) label of the mounting, the last the highest; None where the package was never moved."""
     step: IntArray | None = None

@@ -75,6 +75,11 @@ class CalibrationRequest:
         """Return the nominal axis of every sensor axis to solve, by label."""
         return self.nominal_axes or {label: label for label in observations.outputs}
 
+    def with_error(self, error: SharedError) -> "CalibrationRequest":
+        """Return the same with one more error that all rows of every axis share."""
+        errors = {axis: (*self.shared_errors.get(axis, ()), error) for axis in self.nominal_axes}
+        return replace(self, shared_errors=errors)
+
     def declared_of(self, label: str, nominal_axis: str) -> DeclaredDirection:
         """Return what is declared of the direction of a sensor axis."""
         return self.declared.get(label, DeclaredDirection(nominal_axis))
@@ -193,6 +198,7 @@ def select_rows(observations: Observations, kept: BoolArray) -> Observations:
         reference_level=None if observations.reference_level is None else observations.reference_level[kept],
         level_errors=None if observations.level_errors is None else observations.level_errors[kept],
         scanned_v=None if observations.scanned_v is None else observations.scanned_v[kept],
+        gravity_errors_rad=None if observations.gravity_errors_rad is None else observations.gravity_errors_rad[kept],
         mounting=None if observations.mounting is None else observations.mounting[kept],
         step=None if observations.step is None else observations.step[kept],
         from_level=None if observations.from_level is None else observations.from_level[kept],

@@ -23,7 +23,7 @@ from ams.statistics.budget import Kind
 Effect = Literal[
     "reading", "gain", "rate", "pitch", "base-tilt", "temperature", "level", "field", "rotation",
     "reading-course", "gain-course", "departure", "specific-force", "squareness", "droop", "spin-direction",
-    "seat", "crosstalk",
+    "seat", "crosstalk", "gravity-direction",
 ]  # fmt: skip
 """``reading``: volts on every reading; ``gain``: relative, on every output; ``rate``: relative, on every rate of
 the table; ``pitch``: radians, the zero of pitch with
@@ -38,7 +38,9 @@ time (:mod:`ams.solve.shifts_within`);
 ``specific-force``: °/s per g along every package axis, by which the zero of a gyro follows the force on it;
 ``spin-direction``: radians to either side of the axis of the table that ``columns`` names (0 pitch, 1 yaw, 2 roll),
 about which a gyro turns; ``seat``: the same, by an error of its own at each position;
-``crosstalk``: the part of the volts of another channel that a reading has too much, of each of ``columns`` its own."""
+``crosstalk``: the part of the volts of another channel that a reading has too much, of each of ``columns`` its own;
+``gravity-direction``: of the direction of gravity that another package told, in the columns that the observations
+state."""
 
 LEVELS: tuple[Effect, ...] = ("level", "field")
 OF_THE_BASE: tuple[Effect, ...] = ("pitch", "base-tilt")
@@ -52,6 +54,8 @@ SHIFTS_WITHIN = ("shift within the calibration, offset", "shift within the calib
 """Names of what it may do while it is calibrated."""
 NONLINEARITY = "nonlinearity beyond the equation"
 """Name of what of an output follows the attitude and is no term of a set: the next run repeats it."""
+STING_CALIBRATION = "calibration of the sting package"
+"""Name of what the set of a sting package, against which a model package was calibrated, leaves uncertain."""
 BETWEEN_RATES = "between the rates"
 """Name of what a gyro may do between three rates: the next run at the same rates repeats it."""
 G_SENSITIVITY = "g-sensitivity"
@@ -91,6 +95,8 @@ class SharedError:
     so that all axes behind one scanner have one and the same error and are solved together."""
     is_of_one_channel: bool = False
     """A load resistor: other sensor axes have one of their own, as good and as wrong."""
+    degrees_of_freedom: float = np.inf
+    """That the standard uncertainty was estimated with; of a certificate or a limit infinite."""
     is_weighed: bool = True
     """Whether the estimate weighs the rows by it; what the same data showed is added to the covariance alone."""
 
@@ -141,6 +147,8 @@ def _columns(error: SharedError, model: Model, primary: FloatArray, rows: Stimul
         return leaking_v(error, model.nominal_axis, rows)
     if error.effect == "departure":
         return _departing(model, rows)
+    if error.effect == "gravity-direction":
+        return _of_turned_gravity(model, primary, rows)
     if error.effect == "rotation":
         return _rotated(error.columns, model, primary, rows)
     if error.effect == "specific-force":
@@ -185,6 +193,15 @@ def _departing(model: Model, rows: Stimulus) -> FloatArray:
     if not carried or rows.reference_level is not None:
         return np.ones((rows.pitch_rad.size, 1))
     return np.asarray(HALF * model.jacobian(np.zeros(len(model.primary_names)), rows)[:, carried])
+
+
+def _of_turned_gravity(model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:
+    """Return (N, q) what gravity adds to an output where its direction is another; None where nothing senses it."""
+    named = dict(zip(model.primary_names, primary, strict=True))
+    k = np.array([named.get(f"k_{axis}_v_per_g", 0.0) for axis in "xyz"])
+    if rows.gravity_errors_rad is None or not k.any():
+        return None
+    return np.asarray(np.einsum("i,niq->nq", k, rows.gravity_errors_rad))
 
 
 def _rotated(columns: Sequence[int], model: Model, primary: FloatArray, rows: Stimulus) -> FloatArray | None:

@@ -51,6 +51,10 @@ class Stimulus(Protocol):
         """(N, q) volts on each of the q channels of a scanner that leaks; None: none does."""
 
     @property
+    def gravity_errors_rad(self) -> FloatArray | None:
+        """(N, 3, q) along package axes, what one standard uncertainty of each of q errors turns gravity by."""
+
+    @property
     def from_level(self) -> FloatArray | None:
         """(N, 3, 3) mean rotation from level axes into the package's while a row was read; None: not known."""
 

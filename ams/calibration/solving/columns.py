@@ -139,7 +139,7 @@ def solve_linearised(
         mixed = replace(mixed, components=(*mixed.components, steps))
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=True)
     mixed = replace(mixed, components=(*mixed.components, *within_run)) if within_run else mixed
-    return _solved_columns(problem, layout, mixed, common, beside)
+    return _solved_columns(problem, layout, mixed, common, beside, shared)
 
 
 def expect_linearised(
@@ -171,7 +171,7 @@ def expect_linearised(
     steps = expected_resolution(mixed, layout, problem.alone, problem.outputs, beliefs, alone_names)
     within_run = shifts_within(problem, layout, mixed, shared, is_measured=False)
     mixed = replace(mixed, components=(*mixed.components, *(() if steps is None else (steps,)), *within_run))
-    return _solved_columns(problem, layout, mixed, common, beside)
+    return _solved_columns(problem, layout, mixed, common, beside, shared)
 
 
 def _parted(
@@ -200,12 +200,13 @@ def _solved_columns(
     mixed: MixedEstimates,
     common: Sequence[CommonErrors],
     beside: Sequence[CommonErrors],
+    shared: Sequence[SharedError],
 ) -> SolvedColumns:
     """Return the whole story of estimates; common errors ``beside`` them are added to their covariances."""
     if beside:
         mixed = mixed.with_errors(problem.form, beside)
     primary = problem.complete(mixed.estimate)
-    components = _all_primary(problem, mixed, common)
+    components = _as_estimated(_all_primary(problem, mixed, common), shared)
     dof = layout.rows - problem.free.size
     pooled = (mixed.ss_ordinary / dof)[:, None, None] * problem.form.unscaled_covariance
     tp_covariance = problem.placed(pooled)
@@ -287,6 +288,16 @@ def _all_primary(
         else:
             placed.append(replace(part, covariance=covariance, causes=_causes_of_all(problem, part.causes)))
     return tuple(placed)
+
+
+def _as_estimated(
+    components: Sequence[ComponentColumns], shared: Sequence[SharedError]
+) -> tuple[ComponentColumns, ...]:
+    """Return the components with the degrees of freedom of shared errors that were estimated and not certified."""
+    dof = {error.name: error.degrees_of_freedom for error in shared if np.isfinite(error.degrees_of_freedom)}
+    return tuple(
+        replace(part, dof=np.full_like(part.dof, dof[part.name])) if part.name in dof else part for part in components
+    )
 
 
 def _causes_of_all(problem: Linearised, causes: Causes | None) -> Causes | None:

@@ -132,12 +132,17 @@ class CalibratedPackage:
 
     def output_parts(self, force: FloatArray) -> Sequence[Part]:
         """Return the (N, S, S) parts of the covariance of the predictions."""
+        rows = self.rows(force)
+        return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
+
+    def rows(self, force: FloatArray) -> FloatArray:
+        """Return the (N, S, Q) derivatives of the predictions by the primary parameters of all sensors in turn."""
         rows = np.zeros((*force.shape[:-1], len(self.sensors), sum(len(sensor.names) for sensor in self.sensors)))
         start = 0
         for index, sensor in enumerate(self.sensors):
             rows[..., index, start : start + len(sensor.names)] = sensor.rows(force)
             start += len(sensor.names)
-        return [(rows @ part.covariance @ np.swapaxes(rows, -1, -2), part.dof) for part in self.components]
+        return rows
 
 
 def parameter_parts(
@@ -180,6 +185,21 @@ def package_of_set(
     parts = _components(table(section["components"]), indices, sense)
     relative = np.concatenate([_by_gravity(sensor.names, sensor.primary) for sensor in sensors])
     return CalibratedPackage(sensors, (*parts, *_of_gravity(relative, gravity_shares)))
+
+
+def noise_of_set(coefficients: CoefficientSet, axes: Sequence[str]) -> VarianceComponent:
+    """Return the (Q, Q) covariance that noise alone leaves the primary parameters of some axes in turn, TP (50).
+
+    Known parameters have none, and of two axes it is independent.
+    """
+    sections = [table(table(coefficients.document["axes"])[axis]) for axis in axes]
+    blocks = []
+    for axis, section in zip(axes, sections, strict=True):
+        primary = table(section["primary"])
+        sense = _senses(coefficients, _line_names(coefficients, axis, [str(name) for name in listed(primary["order"])]))
+        blocks.append(matrix(primary["tp_covariance"]) * np.outer(sense, sense))
+    dof = min(number(section["degrees_of_freedom"]) for section in sections)
+    return VarianceComponent("noise", block_diagonal(blocks), dof)
 
 
 def sensor_of_set(

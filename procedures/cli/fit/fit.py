@@ -252,9 +252,10 @@ def _solved(
         wanted = MODELS[request.model]
         observations = read_csv(file, columns, wanted.columns, rates=wanted.needs_rates, form=form)
     else:
-        observations = read_with_sting(file, columns, sting, form)
-    doubts = (*((WARNING,) if sting else ()), *overdue)
-    solved = fitted(sensor or "", observations, columns, request, rig, doubts=doubts, trials=trials)
+        observations, error = read_with_sting(file, columns, sting, form)
+        request = request.with_error(error)
+        overdue = (WARNING, *overdue)
+    solved = fitted(sensor or "", observations, columns, request, rig, doubts=overdue, trials=trials)
     assert solved.calibration is not None
     if wish is not None:
         write_set(wish, observations, solved.calibration)

@@ -294,7 +294,10 @@ def test_the_second_step_of_cr_needs_roll_and_the_stings_outputs_only(
         found = document["axes"][axis]["parameters"]
         printed = four_digits(found, "offset_v", "sensitivity_v_per_g", "azimuth_deg", "coning_deg")
         assert printed == [f"{value:.4f}" for value in specified]
-        assert "gravity is that of the sting package" in document["axes"][axis]["warnings"][0]
+        assert (
+            "gravity is that of the sting package: what its set leaves uncertain is in"
+            in document["axes"][axis]["warnings"][0]
+        )
 
 
 def test_a_sting_belongs_to_a_model_package(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
