@@ -72,6 +72,12 @@ def _text(grounds: Grounds) -> str:
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", page)).split())
 
 
+def test_whose_axes_the_coefficients_are_in_is_said_of_a_package_that_sat_turned() -> None:
+    turned = _grounds(coefficients=_set(mount={"x": "+x", "y": "-y", "z": "-z"}))
+    assert "on which the package sat with its own x, y, z along +x, −y, −z of the fixture." in _text(turned)
+    assert "of the fixture" not in _text(_grounds(coefficients=_set(mount={"x": "+x", "y": "+y", "z": "+z"})))
+
+
 def test_straight_lines_are_certified_in_the_unit_of_what_they_sense() -> None:
     """As found by hand: the line before told 0.3 µT too much everywhere."""
     entry, before = line_set({"x": (0.032, -0.4)}), line_set({"x": (0.032, -0.1)})
