@@ -1,8 +1,7 @@
 """How far a run is, told to whoever draws it: a live screen in a terminal, plain lines elsewhere."""
 
-import io
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import timedelta
 from math import sqrt
@@ -19,6 +18,7 @@ from procedures.journal.sidecar.live import read_live
 from procedures.journal.status.standing_words import rows_of
 from procedures.records.progress import Progress, RunObserver, line_of
 from procedures.records.states import State
+from procedures.run.unhindered import Unhindered
 from rig.clock import Clock, SystemClock
 from rig.plain_text import one_line
 
@@ -53,46 +53,14 @@ class Pace:
 
 
 class Lines:
-    """Writes lines to a stream; a screen that has gone away (a closed terminal, ``| head``) never stops a run."""
+    """Writes lines to a stream; a screen that has gone away (``| head``), or is held, never stops a run."""
 
     def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self._is_gone = False
+        self._stream = Unhindered(stream)
 
     def __call__(self, line: str) -> None:
-        if self._is_gone:
-            return
-        try:
-            print(line, file=self._stream, flush=True)
-        except OSError:
-            self._is_gone = True
-
-
-class Unbreakable(io.TextIOBase):
-    """A stream on which nothing raises once the terminal behind it has gone away."""
-
-    def __init__(self, stream: TextIO) -> None:
-        super().__init__()
-        self._stream = stream
-
-    def write(self, text: str) -> int:
-        with suppress(OSError, ValueError):
-            self._stream.write(text)
-        return len(text)
-
-    def flush(self) -> None:
-        with suppress(OSError, ValueError):
-            self._stream.flush()
-
-    def isatty(self) -> bool:
-        return self._stream.isatty()
-
-    @property
-    def encoding(self) -> str:  # type: ignore[override]
-        return self._stream.encoding
-
-    def fileno(self) -> int:
-        return self._stream.fileno()
+        self._stream.write(f"{line}\n")
+        self._stream.flush()
 
 
 class PlainLines:
@@ -128,7 +96,7 @@ def shown_on(stream: TextIO, run_dir: Path | None = None, clock: Clock | None = 
 
 @contextmanager
 def _screen_on(stream: TextIO, run_dir: Path | None, clock: Clock) -> Iterator[RunObserver]:
-    console = Console(file=cast(TextIO, Unbreakable(stream)))
+    console = Console(file=cast(TextIO, Unhindered(stream)))
     screen = RunScreen(run_dir, clock)
     with LiveDrawing(console=console, get_renderable=screen.drawn, refresh_per_second=4, transient=True) as drawing:
         screen.write = lambda line: drawing.console.print(line, markup=False, highlight=False)

@@ -25,11 +25,12 @@ from procedures.journal.sidecar.second_folder import second_folder
 from procedures.journal.status.stop_advice import advice_of
 from procedures.observers.audience import with_observers
 from procedures.records.progress import RunObserver
-from procedures.run.progress import shown_on
+from procedures.run.progress import Lines, shown_on
 from procedures.run.services import Pulse, RunServices
 from procedures.run.watch.keep_awake import awake
 from procedures.solution.sufficient import sufficient
 from rig.clock import SystemClock
+from rig.plain_text import shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,10 +74,11 @@ def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Atten
     Raises: DescriptionError where the file of alerts is wrong.
     """
     opening.run = run
+    tell = Lines(sys.stderr)
 
     def begun() -> None:
         opening.is_over = True
-        note(str(run))
+        tell(shown(str(run)))
 
     with ExitStack() as opened:
         if opening.is_virtual:
@@ -105,8 +107,8 @@ def ring_command(run: Path, alerts: Path | None) -> tuple[str, ...]:
 
 def _screen(run: Path, opened: ExitStack) -> RunObserver:
     """Return what sees the run: the terminal, calrig's own log, observers of others."""
-    shown = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr, run)))
-    return with_observers(shown, run, note)
+    screen = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr, run)))
+    return with_observers(screen, run, Lines(sys.stderr))
 
 
 def _dispatcher_and_pulse(

@@ -71,8 +71,8 @@ from procedures.report.summary import print_summary, print_verdict
 from procedures.run.begin import begin
 from procedures.run.ending import Outcome
 from procedures.run.handover import left_elsewhere, unfinished
-from procedures.run.progress import Unbreakable
 from procedures.run.resume import resume as resume_run
+from procedures.run.unhindered import Unbreakable
 from rig.assembly.open_rig import choose_clock, open_rig
 from rig.assembly.unguarded import unguarded_sentences
 from rig.clock import SystemClock, VirtualClock

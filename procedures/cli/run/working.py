@@ -8,7 +8,7 @@ from typing import TextIO, cast
 from rich.console import Console
 from rich.text import Text
 
-from procedures.run.progress import Unbreakable
+from procedures.run.unhindered import Unhindered
 
 
 @contextmanager
@@ -18,6 +18,6 @@ def working(stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
     if not stream.isatty():
         yield lambda _step: None
         return
-    console = Console(file=cast(TextIO, Unbreakable(stream)))
+    console = Console(file=cast(TextIO, Unhindered(stream)))
     with console.status(Text("solving"), spinner="line") as status:
         yield lambda step: status.update(Text(step))

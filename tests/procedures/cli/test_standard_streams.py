@@ -5,7 +5,7 @@ import os
 import sqlite3
 import subprocess
 import sys
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -48,6 +48,21 @@ def test_a_run_runs_without_standard_streams(tmp_path: Path, closed: str) -> Non
     """As cron and some supervisors begin it: the run was never begun, and its empty folder stayed."""
     assert _status(closed, *_files(tmp_path)) == 0
     assert "finished" in _states(tmp_path)[-1]
+
+
+def test_a_terminal_that_is_held_keeps_no_run_waiting(tmp_path: Path) -> None:
+    """Ctrl-S, a pager, a link that hangs: the next line of progress was waited for, an axis turning perhaps."""
+    reader, writer = os.pipe()
+    os.set_blocking(writer, False)
+    with suppress(BlockingIOError):
+        while True:
+            os.write(writer, bytes(512))
+    os.set_blocking(writer, True)
+    run = [*CALRIG, *_files(tmp_path)]
+    assert subprocess.run(run, stdout=subprocess.DEVNULL, stderr=writer, timeout=100).returncode == 0
+    assert "finished" in _states(tmp_path)[-1]
+    os.close(reader)
+    os.close(writer)
 
 
 def test_a_refusal_that_no_stream_takes_rings(tmp_path: Path) -> None:
