@@ -24,20 +24,19 @@ from ams.attitude.two_package import angles_from_gravity
 from ams.calibration_result import VarianceComponent
 from ams.errors import OutsideValidity
 from ams.inference.inference import Package
-from ams.inference.package.calibrated import CalibratedPackage, as_package, noise_of_set
+from ams.inference.package.calibrated import CalibratedPackage, as_package, covariance_root, noise_of_set
 from ams.inputs.csv_table import PLAIN, CsvForm
 from ams.inputs.observations_csv import read_csv
 from ams.inputs.shared_errors import STING_CALIBRATION, SharedError
 from ams.models.cr import model_gravity_g
 from ams.observations import Observations
 from ams.statistics.intervals import combined_dof
+from ams.statistics.short_of import short_of
 
 WARNING = (
     "gravity is that of the sting package: what its set leaves uncertain is in these uncertainties, as "
     f"{STING_CALIBRATION}; angles by both sets count the two as independent, though they share it"
 )
-_SMALLEST = 1e-12
-"""Of the largest: a variance that is rounding."""
 
 
 def read_with_sting(
@@ -97,12 +96,9 @@ def _no_less_than(noise: VarianceComponent, parts: Sequence[VarianceComponent]) 
     if free.size == 0:
         return tuple(parts)
     block = np.ix_(free, free)
-    root = np.linalg.cholesky(noise.covariance[block])
-    half = np.linalg.solve(root, np.asarray(sum(part.covariance for part in parts))[block])
-    seen, directions = np.linalg.eigh(np.linalg.solve(root, half.T))
-    turned = root @ directions
+    root = np.asarray(np.linalg.cholesky(noise.covariance[block]))
     added = np.zeros_like(noise.covariance)
-    added[block] = (turned * np.maximum(1.0 - seen, 0.0)) @ turned.T
+    added[block] = short_of(np.asarray(sum(part.covariance for part in parts))[block], root, np.ones(()))
     return (*parts, replace(noise, covariance=added))
 
 
@@ -120,18 +116,9 @@ def _errors_of(package: CalibratedPackage, gravity: FloatArray) -> tuple[FloatAr
     variances = np.array([_mean_square(turned, part) for part in package.components])
     dof = float(combined_dof(variances, np.array([part.dof for part in package.components])))
     whole = np.asarray(sum(part.covariance for part in package.components))
-    return turned @ _factor(whole), dof if np.isfinite(dof) else np.inf
+    return turned @ covariance_root(whole), dof if np.isfinite(dof) else np.inf
 
 
 def _mean_square(turned: FloatArray, part: VarianceComponent) -> float:
     """Return the mean over the rows of the variance that a part leaves, radians²; ``turned`` (N, 3, Q)."""
     return float(np.einsum("niq,qr,nir->", turned, part.covariance, turned, optimize=True) / len(turned))
-
-
-def _factor(covariance: FloatArray) -> FloatArray:
-    """Return (Q, q) whose product with its transpose is a (Q, Q) covariance, of which parameters may be known."""
-    size = np.sqrt(covariance.diagonal())
-    scale = np.where(size > 0.0, size, 1.0)
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    kept = values > _SMALLEST * max(values.max(initial=0.0), 1.0)
-    return np.asarray(scale[:, None] * vectors[:, kept] * np.sqrt(values[kept]))

@@ -92,21 +92,17 @@ def fixture_to_package(mount: Mapping[str, object]) -> list[Json] | None:
     return [[float(f"{name[0]}1") if axis == name[1] else 0.0 for axis in "xyz"] for name in named]
 
 
-def turned_mount(document: Document) -> FloatArray | None:
-    """Return the (3, 3) ``fixture_to_package`` of a set whose package sat turned on its fixture.
-
-    None where it sat straight, or where nothing of it is declared.
-    """
+def declared_mount(document: Document) -> FloatArray | None:
+    """Return the (3, 3) ``fixture_to_package`` of a set; None where nothing of it is declared."""
     section = use_of(document)
     rows = None if section is None else table(section["installation"])["fixture_to_package"]
-    turned = np.eye(3) if rows is None else np.array(rows, dtype=np.float64)
-    return None if np.array_equal(turned, np.eye(3)) else turned
+    return None if rows is None else np.array(rows, dtype=np.float64)
 
 
 def mount_in_words(document: Document) -> str | None:
     """Return that directions and angles of a set are the fixture's, and how the package sat on it; None: alike."""
-    turned = turned_mount(document)
-    if turned is None:
+    turned = declared_mount(document)
+    if turned is None or np.array_equal(turned, np.eye(3)):
         return None
     along = ["+−"[int(row.sum() < 0.0)] + "xyz"[int(np.argmax(np.abs(row)))] for row in turned]
     return (

@@ -16,6 +16,7 @@ from ams.arrays import FloatArray
 from ams.solve.components import ComponentColumns
 from ams.solve.linear_form import LinearForm
 from ams.statistics.intervals import t_quantile
+from ams.statistics.short_of import short_of
 
 FEW_GROUPS: Final = 3
 """More of them tell their own spread; noise known with no more degrees of freedom than these cannot correct it."""
@@ -32,12 +33,7 @@ def no_less_than_noise(
     if dof <= FEW_GROUPS or spread.dof[0] >= FEW_GROUPS:
         return spread
     weights = 1.0 if form.weights is None else form.weights
-    root = np.linalg.cholesky((estimator / weights) @ np.swapaxes(estimator, -1, -2))
-    inverse = np.linalg.inv(root)
-    seen, directions = np.linalg.eigh(inverse @ spread.covariance @ np.swapaxes(inverse, -1, -2))
+    root = np.asarray(np.linalg.cholesky((estimator / weights) @ np.swapaxes(estimator, -1, -2)))
     # An interval is Student's factor times the standard uncertainty: the factors differ, the intervals are compared.
     least = (t_quantile(0.95, float(dof)) / t_quantile(0.95, spread.dof)) ** 2 * precision
-    short = np.maximum(least[:, None] - seen, 0.0)
-    turned = root @ directions
-    added = (turned * short[:, None, :]) @ np.swapaxes(turned, -1, -2)
-    return replace(spread, covariance=spread.covariance + added)
+    return replace(spread, covariance=spread.covariance + short_of(spread.covariance, root, least))

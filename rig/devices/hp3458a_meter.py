@@ -280,9 +280,7 @@ class Hp3458aMeter:
         self._bus.send(self._address, CONFIGURATION)
         self._bus.send(self._address, b"LFREQ %d" % self._line_frequency_hz)
         self._confirm_configuration(NOT_READ)
-        if errors := self._errors():
-            words = ", ".join(text for _, text in errors)
-            raise DeviceRefused(f"{self.name}: meter: configuration: {words}; it is not set up; look at its display")
+        self._require_no_error("configuration: ", "it is not set up")
         self._is_configured = True
 
     def _selected(self) -> Inputs:
@@ -320,10 +318,10 @@ class Hp3458aMeter:
                 f" {way_out}"
             )
 
-    def _require_no_error(self) -> None:
+    def _require_no_error(self, doing: str = "", outcome: str = DROPPED) -> None:
         if errors := self._errors():
             words = ", ".join(text for _, text in errors)
-            raise DeviceRefused(f"{self.name}: meter: {words}; the burst is dropped; look at its display")
+            raise DeviceRefused(f"{self.name}: meter: {doing}{words}; {outcome}; look at its display")
 
     def _clear_earlier_errors(self) -> None:
         """Empty the meter's registers; refused only where what they held speaks of the meter itself."""

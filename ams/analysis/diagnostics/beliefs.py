@@ -32,6 +32,8 @@ BY_TEMPERATURE: Final = "temperature"
 BY_THE_ENDS: Final = "what every dwell at an end of its range reads alike"
 BY_TERMS: Final = "terms of second and third order"
 """What explains a test that rings by itself."""
+UNTOLD: Final = 0.01
+"""Chance of one test, of many, from which on nothing is told of it: what is more to look at is not looked at."""
 UNEVEN: Final = "noise of the replications"
 TURNED_FROM: Final = "previous attitude"
 TURNED_FROM_ALIKE: Final = "previous attitude, alike in every replication"

@@ -12,7 +12,7 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.beliefs import UNEVEN, BeliefTest
+from ams.analysis.diagnostics.beliefs import UNEVEN, UNTOLD, BeliefTest
 from ams.analysis.diagnostics.residuals import GridResiduals
 from ams.arrays import BoolArray, FloatArray
 from ams.findings import Said
@@ -29,8 +29,6 @@ _DRAWN_IN: Final = 2.5
 """Standard deviations, as the median deviation of all dwells tells them."""
 _LEAST_PART: Final = 1e-4
 """Of a variance that is seen."""
-_UNTOLD: Final = 0.01
-"""Chance from which on nothing more is told of it: it is one of many tests."""
 _OF_A_STEP: Final = 0.5
 """Of a meter, which a dwell scatters by at least: with less noise most dwells of a point read the same."""
 _LOUD: Final = 1e-3
@@ -123,7 +121,7 @@ def uneven_noise(grid: GridResiduals, readings: FloatArray) -> UnevenNoise | Non
     ``readings`` (N,) show by their step what the median does not: where most dwells of a point read the same.
     """
     found = _scattering(grid, 0.0)
-    if found is None or found.p_value > _UNTOLD or not (step := step_of(readings)):
+    if found is None or found.p_value > UNTOLD or not (step := step_of(readings)):
         return found
     return found if grid.typical_sd >= _OF_A_STEP * step else _scattering(grid, _OF_A_STEP * step)
 
@@ -151,7 +149,7 @@ def uneven_test(found: UnevenNoise | None, layout: Layout) -> tuple[BeliefTest, 
     """Return the test of one output; nothing where it cannot be made."""
     if found is None:
         return ()
-    if found.p_value > _UNTOLD:
+    if found.p_value > UNTOLD:
         return (BeliefTest(UNEVEN, "uneven-noise", found.p_value),)
     labels = zip(layout.replication_labels, found.excess.tolist(), strict=True)
     loud = tuple(str(label) for label, excess in labels if excess > 1.0)

@@ -21,7 +21,7 @@ from ams.errors import DesignError, SetError
 from ams.frames import specific_force
 from ams.inference.package.calibrated import CalibratedSensor
 from ams.sets.canonical import Document, Json, checksum, listed, number, render, table, with_checksum
-from ams.sets.instructions import turned_mount, use_of
+from ams.sets.instructions import declared_mount
 from ams.whole_file import write_whole
 
 FORMAT: Final = "calrig alignment"
@@ -117,20 +117,19 @@ def as_mounted(sensor: str, document: Document) -> Alignment | None:
 
     Raises: DesignError where the set does not say how the package sat, or the turn is a reflection.
     """
-    section = use_of(document)
-    if section is None or table(section["installation"])["fixture_to_package"] is None:
+    turned = declared_mount(document)
+    if turned is None:
         raise DesignError(
             f"{sensor}: the set does not say how the package sat on its fixture; nothing was computed; leave "
             "--package-axes out, or give an alignment"
         )
-    turned = turned_mount(document)
-    if turned is None:
-        return None
     if np.linalg.det(turned) < 0.0:
         raise DesignError(
             f"{sensor}: the mount that the set declares makes a left-handed package, which no turn leads to; nothing "
             "was computed; leave --package-axes out, or give an alignment"
         )
+    if np.array_equal(turned, np.eye(3)):
+        return None
     return Alignment(sensor, turned, np.zeros((3, 3)), 1, 0.0, 0.0)
 
 

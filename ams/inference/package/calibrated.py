@@ -28,6 +28,8 @@ from ams.sets.sensed_quantity import PER_G
 
 _POWERS: Final = MappingProxyType({**dict.fromkeys(PER_G, 1), **dict.fromkeys(Q_NAMES, 2), CUBIC_NAME: 3})
 """Powers of the force that a term has."""
+_ROUNDING: Final = 1e-15
+"""Of the largest variance: a direction that is only rounding."""
 _NO_SHARES: Final[Mapping[str, float]] = MappingProxyType({})
 
 
@@ -143,6 +145,13 @@ class CalibratedPackage:
             rows[..., index, start : start + len(sensor.names)] = sensor.rows(force)
             start += len(sensor.names)
         return rows
+
+
+def covariance_root(covariance: FloatArray) -> FloatArray:
+    """Return (Q, q) whose product with its transpose is a (Q, Q) covariance, of which parameters may be known."""
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > _ROUNDING * max(float(values[-1]), np.finfo(float).tiny)
+    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
 
 
 def parameter_parts(

@@ -17,7 +17,7 @@ from ams.attitude.static import redundancy_limit, tangents
 from ams.attitude.two_package import angles_from_gravity
 from ams.frames import wrap_rad
 from ams.inference.inference import Inference, Package
-from ams.inference.package.calibrated import CalibratedSensor, parameter_parts
+from ams.inference.package.calibrated import CalibratedSensor, covariance_root, parameter_parts
 from ams.inference.package.package_fit import Fitted, PackageAxes, resolved, stacked, weights_of
 from ams.inference.package.packages import errors_of_two
 from ams.statistics.distributions import f_quantile
@@ -92,13 +92,12 @@ class FaultedRows:
         read = chance.standard_normal((*self._errors.reading.shape, draws)) * np.sqrt(self._errors.reading)[..., None]
         for sensors, package, columns in self._by_package():
             for part in parameter_parts(sensors, package.together(sensors)):
-                values, vectors = np.linalg.eigh(part.covariance)
-                kept = values > 1e-15 * max(float(values[-1]), np.finfo(float).tiny)
-                drawn = chance.standard_normal((int(kept.sum()), draws))
+                root = covariance_root(part.covariance)
+                drawn = chance.standard_normal((root.shape[1], draws))
                 if np.isfinite(part.dof):
                     drawn /= np.sqrt(chance.chisquare(max(part.dof, 1.0), draws) / max(part.dof, 1.0))
                 rows = _by_parameters(sensors, self._force(columns.start))
-                read[:, columns] += rows @ (vectors[:, kept] * np.sqrt(values[kept])) @ drawn
+                read[:, columns] += rows @ root @ drawn
         read += self._gravity_relative_u * self.predicted_v[..., None] * chance.standard_normal(draws)
         return np.asarray(self._whitening @ read)
 

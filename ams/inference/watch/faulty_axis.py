@@ -16,7 +16,7 @@ from typing import Final
 import numpy as np
 
 from ams.arrays import BoolArray, FloatArray
-from ams.inference.package.calibrated import CalibratedPackage, CalibratedSensor, parameter_parts
+from ams.inference.package.calibrated import CalibratedPackage, CalibratedSensor, covariance_root, parameter_parts
 from ams.statistics.distributions import chi_square_quantile, normal_quantile, student_t_quantile
 
 LEAST_ROWS: Final = 20
@@ -298,9 +298,7 @@ def parameter_factor(sensors: Sequence[CalibratedSensor], package: CalibratedPac
     """Return a root of the covariance of all parameters, widened for the degrees of freedom that its parts have."""
     parts = parameter_parts(sensors, package)
     total = np.sum([part.covariance * _variance_factor(part.dof) for part in parts], axis=0)
-    values, vectors = np.linalg.eigh(total)
-    kept = values > 1e-15 * max(float(values[-1]), np.finfo(float).tiny)
-    return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
+    return covariance_root(np.asarray(total))
 
 
 def _variance_factor(dof: float) -> float:

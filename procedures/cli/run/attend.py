@@ -84,12 +84,12 @@ def attended(opening: Opening, alerts: Path | None, run: Path) -> Iterator[Atten
         if opening.is_virtual:
             if alerts is not None:
                 note(f"{alerts}: read, but in virtual time nobody is told")
-            screen = _screen(run, opened)
+            screen = _screen(run, opened, tell)
             yield Attendance(screen, RunServices(begun=begun, enough=sufficient))
             return
         forget_acknowledgement(run.name)
         folder = second_folder()
-        dispatcher, pulse = _dispatcher_and_pulse(opening, alerts, run, folder / run.name, opened)
+        dispatcher, pulse = _dispatcher_and_pulse(opening, alerts, run, folder / run.name, opened, tell)
         services = RunServices(
             pulse=pulse, begun=begun, second_folder=folder, enough=sufficient, ring=ring_command(run, alerts)
         )
@@ -105,18 +105,18 @@ def ring_command(run: Path, alerts: Path | None) -> tuple[str, ...]:
     return (sys.executable, "-m", "procedures.cli.main", "ring", str(run.absolute()), *whom, "--record")
 
 
-def _screen(run: Path, opened: ExitStack) -> RunObserver:
+def _screen(run: Path, opened: ExitStack, tell: Lines) -> RunObserver:
     """Return what sees the run: the terminal, calrig's own log, observers of others."""
     screen = LoggedObserver(str(run), opened.enter_context(shown_on(sys.stderr, run)))
-    return with_observers(screen, run, Lines(sys.stderr))
+    return with_observers(screen, run, tell)
 
 
 def _dispatcher_and_pulse(
-    opening: Opening, alerts: Path | None, run: Path, folder: Path, opened: ExitStack
+    opening: Opening, alerts: Path | None, run: Path, folder: Path, opened: ExitStack, tell: Lines
 ) -> tuple[AlertDispatcher, Pulse]:
     settings = usable_alerts(alerts)
     refusal = opened.enter_context(awake(opening.title))
-    screen, anywhere = _screen(run, opened), str(run.absolute())
+    screen, anywhere = _screen(run, opened, tell), str(run.absolute())
     dispatcher = AlertDispatcher(
         settings or AlertSettings(), opening.title, SystemClock(), screen, anywhere, str(folder), opening.rig,
         advice_of(anywhere),

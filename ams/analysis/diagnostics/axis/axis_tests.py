@@ -32,6 +32,7 @@ from ams.analysis.diagnostics.beliefs import (
     SETTLING,
     TABLE_LIMIT,
     TURNED_FROM,
+    UNTOLD,
     WRONG_DWELL,
     AxisTests,
     BeliefTest,
@@ -74,8 +75,6 @@ from ams.statistics.distributions import f_tail
 
 MOST_TESTS: Final = 39
 """Of one axis."""
-_UNTOLD: Final = 0.01
-"""Chance from which on nothing is told of a lack of fit, and no step of the readings looked for that explains it."""
 _BY_POINT: Final = tuple(column for column in COLUMNS if column.name in RECORDED)
 
 
@@ -238,7 +237,7 @@ def _of_replications(evidence: Evidence, output: int, known: FloatArray, reading
         for name, test in replication.drift.items()
     ]
     lack_of_fit = _lack_of_fit(evidence, output, known, 0.0)
-    if lack_of_fit.p_value <= _UNTOLD and (of_steps := repeated_by_steps(readings, evidence.layout)) > 0.0:
+    if lack_of_fit.p_value <= UNTOLD and (of_steps := repeated_by_steps(readings, evidence.layout)) > 0.0:
         lack_of_fit = _lack_of_fit(evidence, output, known, of_steps)
     return [lack_of_fit, *drifts]
 

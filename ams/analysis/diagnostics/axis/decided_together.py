@@ -60,15 +60,14 @@ def decided_together(
     A significant column counts as known, and the other columns are tested beside it.
     The recorded temperature goes first where it is significant: what was measured before what is only imagined.
     """
+    if scatter is None:
+        return AxisTests(made, significant(made, level, None), level=level)
     names = {column.name: index for index, column in enumerate(tested_columns)}
     known, explained = list[str](), set[str]()
+    tests_beside = _Beside(tested_columns, names, scatter, between)
     while True:
-        overlap = None if scatter is None else Overlap(scatter, between, names, known)
-        is_significant = significant(made, level, overlap)
+        is_significant = significant(made, level, Overlap(scatter, between, names, known))
         still_open = [name for name in names if is_significant.get(name) and name not in known]
-        if scatter is None:
-            return AxisTests(made, is_significant, level=level)
-        tests_beside = _Beside(tested_columns, names, scatter, between)
         needless = tests_beside.explained_by_terms([*known, *still_open], known, {*convicted, *explained})
         if needless:
             explained |= needless

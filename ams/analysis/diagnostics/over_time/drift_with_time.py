@@ -9,15 +9,13 @@ from typing import Final
 
 import numpy as np
 
-from ams.analysis.diagnostics.beliefs import OVER_TIME, BeliefTest
+from ams.analysis.diagnostics.beliefs import OVER_TIME, UNTOLD, BeliefTest
 from ams.analysis.diagnostics.evidence import Evidence
 from ams.analysis.diagnostics.over_time.settling import slope_test
 from ams.analysis.diagnostics.time_order import Slope, hours
 from ams.arrays import FloatArray
 from ams.statistics.distributions import f_tail
 
-_JUDGED: Final = 0.01
-"""A line of a larger chance is told by nobody."""
 _OFF_THE_LINE: Final = 0.05
 """Chance of what the replications scatter about the line, below which they differ by more than a drift."""
 _LEAST_REPLICATIONS: Final = 3
@@ -29,7 +27,7 @@ _NOTHING: Final = 1e-9
 def drift_with_time(evidence: Evidence, slope: Slope, output: int) -> BeliefTest:
     """Return the test of one output. ``slope``: against the hours of the rows, beside the scatter of dwells."""
     test, hours_of_rows = slope_test(OVER_TIME, "drift", slope, output, "per h"), hours(evidence)
-    if hours_of_rows is None or not test.p_value <= _JUDGED:
+    if hours_of_rows is None or not test.p_value <= UNTOLD:
         return test
     p_value = _of_a_line(evidence, output, hours_of_rows)
     return test if p_value is None else test._replace(p_value=max(p_value, test.p_value))
@@ -48,17 +46,18 @@ def _of_a_line(evidence: Evidence, output: int, column: FloatArray) -> float | N
     scatter = float(count @ left**2) / max(rest_dof, 1)
     within_y, within_z = y - y_mean[layout.replication], z - z_mean[layout.replication]
     within = float(within_z @ within_z)
-    within_slope = float(within_z @ within_y) / within if within > _NOTHING * square else 0.0
+    is_seen_within = within > _NOTHING * square
+    within_slope = float(within_z @ within_y) / within if is_seen_within else 0.0
     if layout.replications >= _LEAST_REPLICATIONS:
         off_the_line = float(f_tail(scatter / variance, float(rest_dof), dof))
         chances = [float(f_tail(slope**2 * square / scatter, 1.0, float(rest_dof)))]
     else:
-        shared = 1.0 / (1.0 / square + 1.0 / within) if min(square, within) > _NOTHING * square else 0.0
+        shared = 1.0 / (1.0 / square + 1.0 / within) if is_seen_within and square > 0.0 else 0.0
         off_the_line = float(f_tail((slope - within_slope) ** 2 * shared / variance, 1.0, dof))
         chances = []
     if not off_the_line <= _OFF_THE_LINE:
         return None
-    if within > _NOTHING * square:
+    if is_seen_within:
         chances.append(float(f_tail(within_slope**2 * within / variance, 1.0, dof)))
     return min(1.0, len(chances) * min(chances, default=1.0))
 
