@@ -13,7 +13,7 @@ from rig.description.drivers import TABLES, settings_classes
 from rig.description.read import read_rig
 from rig.description.rig_file import RigDescription
 
-FACTOR = 50.0
+FACTOR = 5.0
 QUICK = ("table", "levels")
 RIGS = (*QUICK, "daq", "meters", "tilt", "indexing-table", "esp301", "zaber", "pi-gcs", "rate-table")
 RIGS += ("oriental-az", "maestro")
