@@ -59,7 +59,7 @@ def sentence_of(error: BaseException) -> str:
     if isinstance(error, RigError | ProcedureError | AmsError):
         return str(error)
     if isinstance(error, KeyboardInterrupt):
-        return "interrupted from the keyboard"
+        return f"stopped by {error}" if error.args else "interrupted from the keyboard"
     if _misses_an_extra(error):
         return missing_sentence(str(error.name), "nothing was done")
     if isinstance(error, OSError) and error.filename:

@@ -23,6 +23,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import is_copy
 from procedures.journal.requests.spool import Spool
 from procedures.journal.sidecar.owner import owning
+from procedures.journal.sidecar.unwritten import unwritten_sentence
 from procedures.journal.sidecar.verdict_file import set_verdict_aside
 from procedures.journal.storage import JOURNAL_FILE
 from procedures.journal.voids import QUARANTINED
@@ -221,9 +222,10 @@ def _answered(reader: JournalReader) -> Iterator[str]:
 
 def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason: str) -> None:
     if found.state not in (*ACTIVE, *RESUMABLE):
+        to_do = unwritten_sentence(run_dir, found.state) or "begin a new run"
         raise RequestError(
             f"{run_dir}: the run is {found.state}, and resume takes {', '.join(RESUMABLE)}; nothing was changed; "
-            "begin a new run"
+            f"{to_do}"
         )
     if found.state in ANSWERED_FOR and not (operator and reason.strip()):
         raise RequestError(

@@ -7,6 +7,7 @@ from procedures.cli.options import RUNS, AnyRun, Archive, Json, RunsFolder
 from procedures.cli.output import note, print_json, say, telling_what_is_done
 from procedures.cli.results.findings_text import check_trials, findings_lines
 from procedures.cli.run.run import tell, tell_failures
+from procedures.cli.run.stopping import ending_with_a_word
 from procedures.cli.run.working import working
 from procedures.cli.steer.archive_url import url_of_run
 from procedures.cli.steer.choose_run import alive_or_latest
@@ -38,7 +39,7 @@ def solve(
     """
     check_trials(monte_carlo, is_possible=True)
     folder = alive_or_latest(run, out)
-    with delivering(folder):
+    with ending_with_a_word(), delivering(folder):
         with working() as progress_line, page_of_unsolved(folder):
             solved = solve_run(folder, progress_line)
         if monte_carlo:

@@ -42,6 +42,7 @@ from procedures.cli.run.attend import Attendance, attended
 from procedures.cli.run.detach import detached
 from procedures.cli.run.last_word import last_word
 from procedures.cli.run.opening import Opening, opening
+from procedures.cli.run.stopping import ending_with_a_word
 from procedures.cli.run.terminal import outlived
 from procedures.cli.run.working import working
 from procedures.cli.steer.archive_url import archive_of_run, as_kept, require_archive_url, url_of_run
@@ -59,6 +60,7 @@ from procedures.journal.journal_reader import JournalReader
 from procedures.journal.location import require_local
 from procedures.journal.sidecar.delivering import delivering
 from procedures.journal.sidecar.second_folder import second_folder
+from procedures.journal.sidecar.unwritten import unwritten_sentence
 from procedures.journal.status.status import status
 from procedures.kinds.planner import make_plan
 from procedures.kinds.read import read_procedure
@@ -275,13 +277,15 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
             note_paragraph(line)
         return outcome.exit_status
     try:
-        with delivering(folder), working() as progress_line:
+        with ending_with_a_word(), delivering(folder), working() as progress_line:
             with page_of_unsolved(folder):
                 solved = solve_run(folder, progress_line)
             url = url_of_run(folder, archive, is_simulated=solved.record.is_simulated)
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", _what_next(folder, error))
+        if unwritten := unwritten_sentence(folder, outcome.state):
+            note_paragraph(f"run {folder.name}: {unwritten}")
         _tell_unfinished(folder, outcome)
         raise
     if outcome.state is State.FINISHED:

@@ -17,6 +17,7 @@ from unattended_run import events
 
 from procedures.errors import RequestError
 from procedures.journal.requests.spool import ask
+from procedures.journal.sidecar.delivering import delivered_by
 from procedures.journal.sidecar.owner import is_owned
 from procedures.journal.status.status import status
 from procedures.records.states import ACTIVE, State
@@ -136,3 +137,28 @@ def test_a_resume_gives_the_shell_back_and_keeps_the_words_of_the_process_before
         clock.sleep(0.02)
     assert (run_dir / "terminal.log").read_text(encoding="utf-8").startswith(before)
     assert str(run_dir) in (run_dir / "terminal-2.log").read_text(encoding="utf-8")
+
+
+def test_sigterm_while_results_are_made_says_what_makes_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A reboot behind the last dwell: the night's dwells are all there, and nobody is sent to measure them again."""
+    files = map(str, _files(tmp_path, 1000.0))
+    with subprocess.Popen(
+        [sys.executable, "-m", "procedures.cli.main", *files], stderr=subprocess.PIPE, text=True
+    ) as run:
+        clock = SystemClock()
+        while not any(map(delivered_by, (tmp_path / "runs").glob("2*"))):
+            clock.sleep(0.005)
+        run.send_signal(signal.SIGTERM)
+        assert run.stderr is not None
+        told = run.stderr.read()
+    (run_dir,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
+    assert run.returncode == 4, told
+    assert "stopped by SIGTERM" in told
+    makes = f"calrig solve {run_dir} makes what is missing"
+    assert makes in " ".join(told.split())
+    refused = call(capsys, "resume", run_dir, "--operator", "anna", "--reason", "reboot")
+    assert (refused.status, makes in refused.err, "begin a new run" in refused.err) == (2, True, False)
+    assert call(capsys, "solve", run_dir).status == 0
+    assert (run_dir / "report.pdf").read_bytes().startswith(b"%PDF")

@@ -205,8 +205,8 @@ def test_fault_03_a_disk_that_fills_up_holds_before_the_next_dwell_and_goes_on_w
     small: Bench, tmp_path: Path
 ) -> None:
     """Detected: a forecast for the whole plan, free space before every dwell, the system's refusal.
-    Response: held before the next dwell, goes on by itself when there is room; refused before the run where it
-    cannot fit.
+    Response: held before the next dwell, goes on by itself when there is room; a write that is refused ends the run
+    with every finished dwell kept, and resume goes on; refused before the run where it cannot fit.
     """
     unattended = UnattendedRun(tmp_path / "run")
     outcome = run_unattended(small, unattended, RunServices(free_bytes=_free(unattended, 8, 100)))
