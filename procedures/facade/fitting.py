@@ -22,8 +22,8 @@ from procedures.data.solved import Solved
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
-from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import (
+    directions_of,
     errors_of_options,
     in_python,
     measured_utc,
@@ -32,7 +32,7 @@ from procedures.solution.fit_options import (
 )
 from procedures.solution.fitted import fitted
 from procedures.solution.request import SolvedSensor
-from procedures.solution.sensor_of_file import errors_of_file, named_sensor, require_sensor, sensor_of
+from procedures.solution.sensor_of_file import errors_of_file, named_sensor, require_sensor
 from procedures.solution.type_b import on_table
 from rig.local_time import local_day
 
@@ -43,6 +43,7 @@ def fit(
     *,
     model: str = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
+    polarity: Mapping[str, Literal["+", "-"]] | None = None,
     temperature: Literal["none", "apply", "estimate"] = "none",
     temperature_order: Literal[1, 2] = 1,
     known_temperature: Mapping[str, TemperatureCoefficients] | None = None,
@@ -64,12 +65,12 @@ def fit(
     What is missing in a table (NaN, None) is an empty cell of the file, allowed and refused where that is.
 
     ``axes`` maps a sensor axis to its column, such as ``{"x": "sx_v"}``; every other argument is the option of that
-    name of the command. ``package``: of ``pitch-yaw-roll``. ``rig``: a rig file whose certificates are carried into
-    the result. ``sensor``: one of that file, where there is one. ``calibrated_on``: the day of the readings, by which
-    the due days of the rig's standards are judged; a column started_utc tells it. ``linear``: known levels in
-    reference_<unit>, no attitudes and no rig, their standard uncertainties in ``reference_uncertainty_ppm`` and, in
-    their unit, ``reference_zero_uncertainty``; two levels once have gain and offset in the document alone, since
-    nothing tells an uncertainty.
+    name of the command. ``package``: of ``pitch-yaw-roll``. ``polarity``: axis to sign, such as ``{"z": "-"}``.
+    ``rig``: a rig file whose certificates are carried into the result. ``sensor``: one of that file, where there is
+    one. ``calibrated_on``: the day of the readings, by which the due days of the rig's standards are judged; a column
+    started_utc tells it. ``linear``: known levels in reference_<unit>, no attitudes and no rig, their standard
+    uncertainties in ``reference_uncertainty_ppm`` and, in their unit, ``reference_zero_uncertainty``; two levels once
+    have gain and offset in the document alone, since nothing tells an uncertainty.
 
     Raises: ams.errors.AmsError for observations that say something impossible or determine nothing; RequestError for
     another model, or a sensor that the rig file has not; rig.errors.DescriptionError for a wrong rig file.
@@ -95,7 +96,7 @@ def fit(
         reference_temperature_degc=reference_temperature_degc,
         extended=extended,
         time_term=time_term == "linear",
-        declared={} if described is None else declared_directions(sensor_of(described, sensor)),
+        declared=directions_of(polarity or {}, axes, model, (described, sensor), in_python),
         shared_errors=of_options if described is None else errors_of_file(described, sensor),
     )
     request = on_table(request, described)

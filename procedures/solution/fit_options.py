@@ -1,19 +1,23 @@
 """What ``calrig fit`` and ``calrig.fit`` are told in the same words: model, stated errors, day of the readings."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, date, datetime, time, timedelta
 from math import inf
 from types import MappingProxyType
-from typing import Final
+from typing import Final, Literal
 
 from ams.calibration.linear_levels import scale_error, zero_error
 from ams.frames import ANGLES
+from ams.inputs.declared_direction import DeclaredDirection
 from ams.inputs.shared_errors import SharedError
 from ams.models.registry import names_by_option, senses_rates, takes_levels
 from procedures.errors import RequestError
+from procedures.solution.declared_directions import declared_directions
 from procedures.solution.earth_turn import earth_of_any_direction
+from procedures.solution.sensor_of_file import sensor_of
 from procedures.solution.type_b import direction_error, g_sensitivity_error
+from rig.description.rig_file import RigDescription
 
 Option = Callable[[str], str]
 """From the name of an option, such as ``calibrated_on``, to how the caller is told of it."""
@@ -57,6 +61,8 @@ STATED: Final[Mapping[str, StatedError]] = MappingProxyType(
 """Every option by which a fit is told what its reference is wrong by, or its sensor at most."""
 
 
+SIGNS: Final[Mapping[str, Literal[1, -1]]] = MappingProxyType({"+": 1, "-": -1})
+"""How a polarity is written."""
 INCLUDED_BY: Final = "--rates-include-earth of calrig fit says that the rates include it"
 
 
@@ -124,6 +130,39 @@ def errors_of_options(
             raise RequestError(f"{option(name)}: got {value:g}, allowed above 0{below} {of.unit}")
         found += of.errors_of(value)
     return dict.fromkeys("xyz", tuple(found)) if found else {}
+
+
+def directions_of(
+    polarity: Mapping[str, str],
+    axes: Collection[str],
+    model: str,
+    described: tuple[RigDescription | None, str | None],
+    option: Option,
+) -> Mapping[str, DeclaredDirection]:
+    """Return what is declared of the axes' directions: by the rig file and its sensor in it, and of signs by an option.
+
+    ``polarity``: axis to ``+`` or ``-``, the sign of its sensitivity. ``axes``: those that are solved.
+
+    Raises: RequestError for a sign of no axis, another word than a sign, and one that the rig file declares already.
+    """
+    rig, sensor = described
+    found = {} if rig is None else dict(declared_directions(sensor_of(rig, sensor)))
+    if polarity:
+        _require_model(model, lambda name: not takes_levels(name), "polarity", option)
+    for axis, sign in polarity.items():
+        what = f"{option('polarity')} {axis}={sign}"
+        if axis not in axes:
+            raise RequestError(f"{what}: no column is that axis; it has {', '.join(axes)}; nothing was solved")
+        if sign not in SIGNS:
+            raise RequestError(f"{what}: allowed are {axis}=+ and {axis}=-; nothing was solved")
+        direction = found.get(axis, DeclaredDirection(axis))
+        if direction.polarity is not None:
+            raise RequestError(
+                f"{what}: the rig file declares it already, by the sign of the sensor's nominal sensitivity; nothing "
+                "was solved; correct the one that is wrong and leave out the option"
+            )
+        found[axis] = replace(direction, polarity=SIGNS[sign])
+    return found
 
 
 def _require_model(model: str, is_of: Callable[[str], bool], name: str, option: Option) -> None:

@@ -31,8 +31,8 @@ from procedures.cli.results.findings_text import check_trials
 from procedures.errors import RequestError
 from procedures.plan.gravity_of_site import read_rig_of_site
 from procedures.records.overdue_standards import overdue_warnings
-from procedures.solution.declared_directions import declared_directions
 from procedures.solution.fit_options import (
+    directions_of,
     errors_of_options,
     measured_utc,
     model_named,
@@ -40,7 +40,7 @@ from procedures.solution.fit_options import (
     refuse_reference_temperature,
 )
 from procedures.solution.fitted import fitted
-from procedures.solution.sensor_of_file import errors_of_file, named_sensor, require_sensor, sensor_of
+from procedures.solution.sensor_of_file import errors_of_file, named_sensor, require_sensor
 from procedures.solution.type_b import on_table
 from rig.description.rig_file import RigDescription
 from rig.local_time import local_day
@@ -56,6 +56,7 @@ def fit(
     model: Annotated[str, Parameter(help=f"One of {', '.join(names_by_option())}.")] = "pitch-roll",
     package: Literal["sting", "model"] | None = None,
     axis: Named = None,
+    polarity: Named = None,
     separator: Literal["comma", "semicolon", "tab"] = "comma",
     decimal: Literal["point", "comma"] = "point",
     sting: Path | None = None,
@@ -98,6 +99,9 @@ def fit(
         For pitch-yaw-roll: sting (roll does not reach it) or model.
     axis
         AXIS=COLUMN for each sensor axis, such as --axis x=sx_v --axis y=sy_v.
+    polarity
+        AXIS=+ or AXIS=-, the sign of an axis' sensitivity where it is known, such as --polarity z=-. Axes of which none
+        is stated have to read with one sign in gyros and by pitch-yaw-roll.
     separator
         What stands between the columns of the file.
     decimal
@@ -189,7 +193,7 @@ def fit(
         extended=extended,
         time_term=time_term == "linear",
         residual_curvature=hessian,
-        declared={} if description is None else declared_directions(sensor_of(description, sensor)),
+        declared=directions_of(_signs(polarity), columns, model, (description, sensor), on_command_line),
         shared_errors=of_options if description is None else errors_of_file(description, sensor),
     )
     request = on_table(request, description)
@@ -346,6 +350,10 @@ def _columns(pairs: list[str] | None) -> dict[str, str]:
             )
         taken[column] = label
     return columns
+
+
+def _signs(pairs: list[str] | None) -> Mapping[str, str]:
+    return _by_axis(pairs, "--polarity", "SIGN", str) if pairs else {}
 
 
 def _coefficients(pairs: list[str] | None, temperature: str) -> Mapping[str, TemperatureCoefficients]:

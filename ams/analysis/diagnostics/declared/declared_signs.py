@@ -272,8 +272,8 @@ def _of_polarities(package: Package, stated: _Fit, simplest: Sequence[_Fit]) -> 
     fits_with = _either(_of_outputs(package, simplest, stated, is_tied=is_tied))
     counted = ", polarities counted as they are declared" if is_declared else ""
     is_of_rates = package.rows.euler_rate_rad_s is not None
-    is_declarable = not (is_declared or is_of_rates)
-    declare = ", or declare the polarity (nominal_sensitivity_v_per_g of the rig file)" if is_declarable else ""
+    key = "nominal_sensitivity_v_per_dps" if is_of_rates else "nominal_sensitivity_v_per_g"
+    declare = "" if is_declared else f", or declare the polarity ({key} of the rig file, --polarity of calrig fit)"
     file = "the file (the signs of its rates as well)" if is_of_rates else "the file"
     fact = (
         f"the axes do not read with one polarity: {' and '.join(others)} one way, "
