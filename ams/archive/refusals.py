@@ -45,7 +45,13 @@ SENTENCES: tuple[tuple[tuple[str, ...], str, str, type[ArchiveError]], ...] = (
         ArchiveDamaged,
     ),
     (
-        ("malformed", "Could not decode", "no such table", "no such column", "UndefinedTable", "UndefinedColumn"),
+        ("malformed",),  # no command of ours reads rows out of such a file
+        "the archive is damaged ({cause})",
+        RESTORE,
+        ArchiveDamaged,
+    ),
+    (
+        ("Could not decode", "no such table", "no such column", "UndefinedTable", "UndefinedColumn"),
         "the archive is damaged ({cause})",
         VERIFY,
         ArchiveDamaged,
