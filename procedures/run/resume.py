@@ -5,6 +5,7 @@ compared with the one from the start, and only then the first missing dwell is m
 refuse the resume with the difference shown, unless somebody answers for it (:mod:`procedures.journal.audit.changes`).
 """
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
@@ -222,10 +223,14 @@ def _answered(reader: JournalReader) -> Iterator[str]:
 
 def _require_resumable(run_dir: Path, found: Interrupted, operator: str, reason: str) -> None:
     if found.state not in (*ACTIVE, *RESUMABLE):
-        to_do = unwritten_sentence(run_dir, found.state) or "begin a new run"
+        to_do = unwritten_sentence(run_dir, found.state)
+        if not to_do and found.state is State.FINISHED:
+            to_do = (
+                f"calrig solve {shlex.quote(str(run_dir))} makes its results again; to measure again begin a new run"
+            )
         raise RequestError(
             f"{run_dir}: the run is {found.state}, and resume takes {', '.join(RESUMABLE)}; nothing was changed; "
-            f"{to_do}"
+            f"{to_do or 'begin a new run'}"
         )
     if found.state in ANSWERED_FOR and not (operator and reason.strip()):
         raise RequestError(

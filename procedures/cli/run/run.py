@@ -1,5 +1,6 @@
 """``calrig run`` and ``calrig resume``: measure, then solve, archive, report and export."""
 
+import shlex
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -284,8 +285,8 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
             delivery = deliver(solved, url, progress_line)
     except BaseException as error:
         attendance.tell_end(f"{outcome.state}, and nothing delivered", _what_next(folder, error))
-        if unwritten := unwritten_sentence(folder, outcome.state):
-            note_paragraph(f"run {folder.name}: {unwritten}")
+        if missing := unwritten_sentence(folder, outcome.state) or _cut_short(folder, outcome, error):
+            note_paragraph(f"run {folder.name}: {missing}")
         _tell_unfinished(folder, outcome)
         raise
     if outcome.state is State.FINISHED:
@@ -304,6 +305,13 @@ def conclude(folder: Path, outcome: Outcome, archive: str | None, attendance: At
     _tell_unfinished(folder, outcome)
     failed = delivery.failures or (solved.is_finished and solved.failures)
     return ExitStatus.FAILED if failed else outcome.exit_status
+
+
+def _cut_short(folder: Path, outcome: Outcome, error: BaseException) -> str:
+    """Say what makes the rest of a finished run's results that a signal cut short behind the verdict; else nothing."""
+    if outcome.state is not State.FINISHED or not isinstance(error, KeyboardInterrupt):
+        return ""
+    return f"not all of its results are written; calrig solve {shlex.quote(str(folder))} makes what is missing"
 
 
 def _tell_unfinished(folder: Path, outcome: Outcome) -> None:

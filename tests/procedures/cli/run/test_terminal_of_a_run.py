@@ -19,6 +19,7 @@ from procedures.errors import RequestError
 from procedures.journal.requests.spool import ask
 from procedures.journal.sidecar.delivering import delivered_by
 from procedures.journal.sidecar.owner import is_owned
+from procedures.journal.sidecar.verdict_file import VERDICT_FILE
 from procedures.journal.status.status import status
 from procedures.records.states import ACTIVE, State
 from rig.clock import SystemClock
@@ -139,16 +140,21 @@ def test_a_resume_gives_the_shell_back_and_keeps_the_words_of_the_process_before
     assert str(run_dir) in (run_dir / "terminal-2.log").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("has_verdict", [False, True])
 def test_sigterm_while_results_are_made_says_what_makes_them(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], has_verdict: bool
 ) -> None:
-    """A reboot behind the last dwell: the night's dwells are all there, and nobody is sent to measure them again."""
+    """A reboot behind the last dwell: the night's dwells are all there, and nobody is sent to measure them again.
+
+    ``has_verdict``: the verdict is written by then, the paper not yet.
+    """
     files = map(str, _files(tmp_path, 1000.0))
     with subprocess.Popen(
         [sys.executable, "-m", "procedures.cli.main", *files], stderr=subprocess.PIPE, text=True
     ) as run:
         clock = SystemClock()
-        while not any(map(delivered_by, (tmp_path / "runs").glob("2*"))):
+        is_there = (lambda folder: (folder / VERDICT_FILE).exists()) if has_verdict else delivered_by
+        while not any(map(is_there, (tmp_path / "runs").glob("2*"))):
             clock.sleep(0.005)
         run.send_signal(signal.SIGTERM)
         assert run.stderr is not None
@@ -159,6 +165,11 @@ def test_sigterm_while_results_are_made_says_what_makes_them(
     makes = f"calrig solve {run_dir} makes what is missing"
     assert makes in " ".join(told.split())
     refused = call(capsys, "resume", run_dir, "--operator", "anna", "--reason", "reboot")
-    assert (refused.status, makes in refused.err, "begin a new run" in refused.err) == (2, True, False)
+    assert (refused.status, makes in refused.err, f"calrig solve {run_dir} makes" in refused.err) == (
+        2,
+        not has_verdict,
+        True,
+    )
+    assert (run_dir / "report.pdf").exists() is False
     assert call(capsys, "solve", run_dir).status == 0
     assert (run_dir / "report.pdf").read_bytes().startswith(b"%PDF")
