@@ -24,6 +24,9 @@ from ams.solve.joint_sensor import JointSensor, sensors_of
 from ams.solve.table_errors import TablePriors
 from ams.statistics.intervals import confidence_halfwidth
 
+pytestmark = pytest.mark.timeout(600)
+"""Two of these solve hundreds of campaigns: nearly two minutes each on a loaded machine, where 120 s are allowed."""
+
 DWELL_ARCSEC = 0.37
 """Of twenty readings."""
 LIMIT = TableUncertainty(ARCSEC, ARCSEC, "limit")
